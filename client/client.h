@@ -109,6 +109,9 @@ struct SliceOutcome {
   double max_residual_mm = 0;
   std::uint64_t encoded_bytes = 0;
   std::vector<std::uint64_t> material_voxels;  // For each material; empty if no plane shows them.
+  std::uint64_t voxels_off_map = 0;            // These three as in LayerStatistics.
+  std::uint64_t voxels_scaled_up = 0;
+  double least_fraction_sum = 0;
   /// Adds the layers and voxels of another part of the same job.
   void add_counts(const SliceOutcome& part);
 

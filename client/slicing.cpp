@@ -56,17 +56,22 @@ void add_voxels(std::vector<std::uint64_t>& sums, const std::vector<std::uint64_
   for (std::size_t i = 0; i < voxels.size(); ++i) sums[i] += voxels[i];
 }
 
-void add_to(SliceOutcome& outcome, const Layer& layer) {
-  ++outcome.layers;
-  outcome.empty_layers += layer.end.empty();
-  outcome.voxel_count += layer.end.voxel_count();
-  outcome.voxels_interpolated += layer.end.statistics().voxels_interpolated();
-  outcome.voxels_unresolved += layer.end.statistics().voxels_unresolved();
-  outcome.voxels_repainted += layer.end.statistics().voxels_repainted();
-  outcome.max_residual_mm = std::max(outcome.max_residual_mm, layer.end.statistics().max_residual_mm());
-  for (const Plane& plane : layer.planes) outcome.encoded_bytes += plane.encoded.size();
-  const auto& voxels = layer.end.statistics().material_voxels();
-  add_voxels(outcome.material_voxels, {voxels.begin(), voxels.end()});
+SliceOutcome counts_of(const Layer& layer) {
+  const v1::LayerStatistics& statistics = layer.end.statistics();
+  SliceOutcome counts;
+  counts.layers = 1;
+  counts.empty_layers = layer.end.empty() ? 1 : 0;
+  counts.voxel_count = layer.end.voxel_count();
+  counts.voxels_interpolated = statistics.voxels_interpolated();
+  counts.voxels_unresolved = statistics.voxels_unresolved();
+  counts.voxels_repainted = statistics.voxels_repainted();
+  counts.max_residual_mm = statistics.max_residual_mm();
+  for (const Plane& plane : layer.planes) counts.encoded_bytes += plane.encoded.size();
+  counts.material_voxels = {statistics.material_voxels().begin(), statistics.material_voxels().end()};
+  counts.voxels_off_map = statistics.voxels_off_map();
+  counts.voxels_scaled_up = statistics.voxels_scaled_up();
+  counts.least_fraction_sum = statistics.least_fraction_sum();
+  return counts;
 }
 
 /// A stream that is cancelled unless it was read to its end.
@@ -143,7 +148,7 @@ void Client::slice_once(const v1::SliceRangeRequest& request, const LayerCallbac
       continue;
     }
     if (std::optional<Layer> layer = layers->add(std::move(message))) {
-      add_to(outcome, *layer);
+      outcome.add_counts(counts_of(*layer));
       attempts.progress();
       on_layer(outcome.header, std::move(*layer));
     }
@@ -165,6 +170,12 @@ void SliceOutcome::add_counts(const SliceOutcome& part) {
   max_residual_mm = std::max(max_residual_mm, part.max_residual_mm);
   encoded_bytes += part.encoded_bytes;
   add_voxels(material_voxels, part.material_voxels);
+  voxels_off_map += part.voxels_off_map;
+  if (part.voxels_scaled_up > 0) {
+    const bool first = voxels_scaled_up == 0;
+    least_fraction_sum = first ? part.least_fraction_sum : std::min(least_fraction_sum, part.least_fraction_sum);
+    voxels_scaled_up += part.voxels_scaled_up;
+  }
 }
 
 SliceOutcome Client::slice_from(std::size_t turn, const v1::SliceRangeRequest& request, const LayerCallback& on_layer,
@@ -219,7 +230,7 @@ SliceOutcome Client::slice_split(unsigned streams, const v1::SliceRangeRequest& 
       if (!item) continue;
       pin_or_compare(item->header, pin);
       if (outcome.layers == 0) outcome.header = header_of_all(item->header, request);
-      add_to(outcome, item->layer);
+      outcome.add_counts(counts_of(item->layer));
       on_layer(outcome.header, std::move(item->layer));
     }
   }

@@ -194,6 +194,9 @@ std::string JoinedJob::manifest() const {
                                                 {"voxels_interpolated", std::to_string(counts.voxels_interpolated)},
                                                 {"voxels_unresolved", std::to_string(counts.voxels_unresolved)},
                                                 {"voxels_repainted", std::to_string(counts.voxels_repainted)},
+                                                {"voxels_off_map", std::to_string(counts.voxels_off_map)},
+                                                {"voxels_scaled_up", std::to_string(counts.voxels_scaled_up)},
+                                                {"least_fraction_sum", shortest(counts.least_fraction_sum)},
                                                 {"max_residual_mm", shortest(counts.max_residual_mm)},
                                                 {"layers", layers.text()}};
   JsonWriter json;

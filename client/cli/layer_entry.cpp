@@ -40,6 +40,9 @@ client::SliceOutcome counts_of_entry(const Struct& layer) {
   for (const auto& voxels : items(layer, "material_voxels")) {
     counts.material_voxels.push_back(static_cast<std::uint64_t>(voxels.number_value()));
   }
+  counts.voxels_off_map = count(layer, "voxels_off_map");
+  counts.voxels_scaled_up = count(layer, "voxels_scaled_up");
+  counts.least_fraction_sum = number(layer, "least_fraction_sum");
   for (const auto& plane : items(layer, "planes")) {
     counts.encoded_bytes += count(plane.struct_value(), "file_bytes");
   }

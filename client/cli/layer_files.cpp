@@ -196,7 +196,9 @@ std::string LayerFiles::manifest_entry(const client::Layer& layer, const std::ve
   if (statistics.material_voxels_size() > 0) {
     json.key("material_voxels").begin_array();
     for (const std::uint64_t voxels : statistics.material_voxels()) json.value(voxels);
-    json.end_array();
+    json.end_array().member("voxels_off_map", statistics.voxels_off_map());
+    json.member("voxels_scaled_up", statistics.voxels_scaled_up());
+    json.member("least_fraction_sum", statistics.least_fraction_sum());
   }
   json.key("planes").begin_array();
   for (std::size_t i = 0; i < layer.planes.size(); ++i) {

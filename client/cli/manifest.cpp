@@ -44,6 +44,7 @@ const char* name_of(v1::PlanWarningKind kind) {
     case v1::PLAN_WARNING_KIND_DEVIATION: return "deviation";
     case v1::PLAN_WARNING_KIND_VALUES_OFF_MAP: return "values_off_map";
     case v1::PLAN_WARNING_KIND_THIN_FEATURE: return "thin_feature";
+    case v1::PLAN_WARNING_KIND_FRACTIONS_BELOW_ONE: return "fractions_below_one";
     default: return "other";
   }
 }
@@ -138,6 +139,8 @@ void add_materials(const client::SliceOutcome& outcome, JsonWriter& json) {
                  counted ? outcome.material_voxels[index] : 0, json);
   }
   json.end_array();
+  json.member("voxels_off_map", outcome.voxels_off_map).member("voxels_scaled_up", outcome.voxels_scaled_up);
+  json.member("least_fraction_sum", outcome.least_fraction_sum);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "client/cli/console.h"
 #include "client/cli/json.h"
 #include "core/base/echo.h"
+#include "core/base/number_text.h"
 
 namespace ccslice::cli {
 namespace {
@@ -16,6 +17,26 @@ void add_share(const PlannedJob& job, JsonWriter& json) {
   if (!job.key.share) return;
   json.key("share");
   add_json(*job.key.share, json);
+}
+
+/// Voxels whose values the material maps don't take as they are.
+void warn_of_misfits(const client::SliceOutcome& outcome) {
+  constexpr int kDigits = 3;
+  const auto share = [&](std::uint64_t voxels) {
+    const double percent = 100 * static_cast<double>(voxels) / static_cast<double>(outcome.voxel_count);
+    return show_count(voxels) + " of " + show_count(outcome.voxel_count) + " voxels (" + number_text(percent, kDigits) +
+           " %)";
+  };
+  if (outcome.voxels_off_map > 0) {
+    print_note("warning: " + share(outcome.voxels_off_map) +
+               " have values that their --map doesn't cover, and took what the nearer end gives");
+  }
+  if (outcome.voxels_scaled_up > 0) {
+    print_note("warning: " + share(outcome.voxels_scaled_up) +
+               " have fractions that add up to less than 1, the least to " +
+               number_text(outcome.least_fraction_sum, kDigits) +
+               ", and were scaled up to 1; rest=NAME in --map direct lets a material take the rest");
+  }
 }
 
 }  // namespace
@@ -33,7 +54,8 @@ void report_sliced(const Session& session, const std::string& output, const Plan
     json.member("empty_layers", outcome.empty_layers).member("voxel_count", outcome.voxel_count);
     json.member("voxels_interpolated", outcome.voxels_interpolated);
     json.member("voxels_unresolved", outcome.voxels_unresolved).member("voxels_repainted", outcome.voxels_repainted);
-    json.member("max_residual_mm", outcome.max_residual_mm);
+    json.member("voxels_off_map", outcome.voxels_off_map).member("voxels_scaled_up", outcome.voxels_scaled_up);
+    json.member("least_fraction_sum", outcome.least_fraction_sum).member("max_residual_mm", outcome.max_residual_mm);
     json.member("written_bytes", result.written_bytes).member("seconds", result.seconds);
     if (!result.contact_sheet.empty()) json.member("contact_sheet", result.contact_sheet);
     json.member("resumes", outcome.resumes).member("reuploads", outcome.reuploads);
@@ -59,6 +81,7 @@ void report_sliced(const Session& session, const std::string& output, const Plan
         " voxels were inverted, as one beside them, which was checked, was beyond the material tolerance; please "
         "report it with the mesh and the command");
   }
+  if (!session.quiet()) warn_of_misfits(outcome);
 }
 
 void report_complete(const Session& session, const std::string& output, const PlannedJob& job) {

@@ -65,6 +65,9 @@ struct LayerStats {
   std::uint64_t contour_loops = 0;
   std::uint64_t contour_points = 0;
   std::uint64_t contour_leaves_unresolved = 0;
+  std::uint64_t voxels_off_map = 0;            // Values that their material map doesn't cover: it clamped them.
+  std::uint64_t voxels_scaled_up = 0;          // Direct fractions of less than 1 in all, and none takes the rest.
+  double least_fraction_sum = 0;               // Of these voxels; 0 if there are none.
   std::vector<std::uint64_t> material_voxels;  // Voxels of material 1, 2, ...; empty if no plane shows materials.
 };
 

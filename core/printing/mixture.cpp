@@ -4,6 +4,7 @@
 #include "core/printing/mixture.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -29,6 +30,52 @@ void normalize(std::size_t materials, std::size_t first, Fractions& fractions) n
   for (std::size_t m = 0; m < materials; ++m) {
     for (std::size_t k = 0; k < kMixBlock; ++k) fractions[m][k] *= sum[k];
   }
+}
+
+/// What a map takes of a value, the slack included. No number is within.
+struct Range {
+  float least, most;
+  Range(float low, float high)
+      : least(low - static_cast<float>(kStrictSlack) * (high - low)),
+        most(high + static_cast<float>(kStrictSlack) * (high - low)) {}
+  int excludes(float value) const noexcept { return (value >= least) & (value <= most) ? 0 : 1; }
+};
+
+bool excludes_any(const Range& range, const MixRow& values) noexcept {
+  int any = 0;
+  for (std::size_t k = 0; k < kMixBlock; ++k) any |= range.excludes(values[k]);
+  return any != 0;
+}
+
+bool exceeds_any(const MixRow& values, float most) noexcept {
+  int any = 0;
+  for (std::size_t k = 0; k < kMixBlock; ++k) any |= values[k] > most ? 1 : 0;
+  return any != 0;
+}
+
+/// By voxel of a block, 1 for some.
+using Marks = std::array<std::int32_t, kMixBlock>;
+
+std::uint64_t marked(const Marks& marks, std::size_t begin, std::size_t end) noexcept {
+  std::int32_t count = 0;
+  for (std::size_t k = begin; k < end; ++k) count += marks[k];
+  return static_cast<std::uint64_t>(count);
+}
+
+/// Voxels whose sum is below 1.
+void count_scaled_up(const MixRow& sum, std::size_t begin, std::size_t end, MapMisfits& misfits) noexcept {
+  constexpr auto kOne = 1 - static_cast<float>(kStrictSlack);
+  // Floats from 0 on are in the order of their bits, whose least one the compiler finds in vectors.
+  constexpr auto kOneBits = std::bit_cast<std::int32_t>(kOne);
+  std::int32_t least = kOneBits, count = 0;
+  for (std::size_t k = begin; k < end; ++k) {
+    const auto bits = std::bit_cast<std::int32_t>(sum[k]);
+    least = std::min(least, bits);
+    count += bits < kOneBits ? 1 : 0;
+  }
+  if (count == 0) return;
+  misfits.scaled_up += static_cast<std::uint64_t>(count);
+  misfits.least_sum = std::min(misfits.least_sum, double{std::bit_cast<float>(least)});
 }
 
 }  // namespace
@@ -171,6 +218,42 @@ std::optional<std::size_t> Mixture::first_misfit(std::span<const MixRow> values,
     if (kind_ == Kind::kColours && !colour_fits(values, k)) return k;
   }
   return std::nullopt;
+}
+
+void Mixture::count_misfits(std::span<const MixRow> values, std::size_t begin, std::size_t end,
+                            MapMisfits& misfits) const noexcept {
+  Marks off;  // Set once some voxel is off, as few are.
+  bool any = false;
+  const auto mark_off = [&](const auto& is_off) {
+    if (!any) off.fill(0);
+    any = true;
+    for (std::size_t k = 0; k < kMixBlock; ++k) off[k] |= is_off(k);
+  };
+  const auto look_at = [&](std::size_t row, const Range& range) {
+    if (excludes_any(range, values[row])) mark_off([&](std::size_t k) { return range.excludes(values[row][k]); });
+  };
+  if (kind_ == Kind::kTable) look_at(0, {table_.values.front(), table_.values.back()});
+  if (kind_ == Kind::kColours) {
+    for (const std::size_t row : colours_.rows) look_at(row, {0, (ColourTable::kNodes - 1) / colours_.scale});
+  }
+  if (kind_ == Kind::kShares) {
+    for (const Share& share : shares_) look_at(share.row, {0, 1});
+    const MixRow sum = sum_of_shares(values);
+    const Range one{0, 1};
+    if (exceeds_any(sum, one.most)) mark_off([&](std::size_t k) { return sum[k] > one.most ? 1 : 0; });
+    if (!rest_) count_scaled_up(sum, begin, end, misfits);
+  }
+  if (any) misfits.off_map += marked(off, begin, end);
+}
+
+/// Of what is above 0.
+MixRow Mixture::sum_of_shares(std::span<const MixRow> values) const noexcept {
+  MixRow sum;
+  for (std::size_t i = 0; i < shares_.size(); ++i) {
+    const MixRow& row = values[shares_[i].row];
+    for (std::size_t k = 0; k < kMixBlock; ++k) sum[k] = (i == 0 ? 0 : sum[k]) + std::max(0.0f, row[k]);
+  }
+  return sum;
 }
 
 bool Mixture::table_fits(float value) const noexcept {

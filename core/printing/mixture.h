@@ -33,6 +33,13 @@ using MixRow = std::array<float, kMixBlock>;
 /// What a block's voxels are mixed of: fractions[m - 1][k] of material m, at least 0, adding up to 1 but for rounding.
 using Fractions = std::array<MixRow, kMaxPrintMaterials>;
 
+/// Voxels whose values are more than kStrictSlack off what a map takes. The rule above made fractions of them.
+struct MapMisfits {
+  std::uint64_t off_map = 0;    // Some value, or a sum of fractions, is beyond the ends of what the map covers.
+  std::uint64_t scaled_up = 0;  // Fractions add up to less than 1, and no material takes the rest.
+  double least_sum = 1;         // Of the fractions of those.
+};
+
 class Mixture {
  public:
   /// What one of the printing's maps mixes. `colours` is that of the printing, colour_table_of(). REQUIRES:
@@ -49,6 +56,10 @@ class Mixture {
   /// The first of voxels [begin, end) whose values are more than kStrictSlack off what the map takes.
   [[nodiscard]] std::optional<std::size_t> first_misfit(std::span<const MixRow> values, std::size_t begin,
                                                         std::size_t end) const noexcept;
+
+  /// Adds those of voxels [begin, end). Colours are off the map by their channels, not for being mixed by nothing.
+  void count_misfits(std::span<const MixRow> values, std::size_t begin, std::size_t end,
+                     MapMisfits& misfits) const noexcept;
 
  private:
   struct Table {
@@ -76,6 +87,7 @@ class Mixture {
   void mix_long_table(const MixRow& values, Fractions& fractions) const noexcept;
   void mix_shares(std::span<const MixRow> values, Fractions& fractions) const noexcept;
   void mix_colours(std::span<const MixRow> values, Fractions& fractions) const noexcept;
+  MixRow sum_of_shares(std::span<const MixRow> values) const noexcept;
   bool table_fits(float value) const noexcept;
   bool shares_fit(std::span<const MixRow> values, std::size_t voxel) const noexcept;
   bool colour_fits(std::span<const MixRow> values, std::size_t voxel) const noexcept;

@@ -72,6 +72,20 @@ class VolumeSampler {
   int per_edge_;
 };
 
+/// Without a material for the rest.
+const DirectMap* direct_alone(const MaterialMap& map) {
+  const auto* direct = std::get_if<DirectMap>(&map.kind);
+  return direct != nullptr && direct->rest_material == 0 ? direct : nullptr;
+}
+
+/// ValueOf: of a share's channel.
+template <typename ValueOf>
+double sum_of_shares(const DirectMap& map, const ValueOf& value_of) {
+  double sum = 0;
+  for (const DirectMap::Share& share : map.shares) sum += std::max(0.0, value_of(share.channel));
+  return sum;
+}
+
 }  // namespace
 
 std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const LimitSolid& solid) {
@@ -101,6 +115,39 @@ std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const L
     off.share = volumes[map] > 0 ? off.share / volumes[map] : 0;
   }
   std::erase_if(found, [](const ValuesOffMap& off) { return off.share == 0; });
+  return found;
+}
+
+std::vector<FractionsBelowOne> find_fractions_below_one(const Printing& printing, const LimitSolid& solid) {
+  constexpr double kLeast = 1 - kStrictSlack;
+  const std::vector<const MaterialMap*> maps = maps_of(printing);
+  const std::vector<ChannelRange>& ranges = solid.summary().channels;
+  std::vector<FractionsBelowOne> found(maps.size());
+  bool some = false;
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    const DirectMap* direct = direct_alone(*maps[i]);
+    if (direct == nullptr) continue;
+    if (sum_of_shares(*direct, [&](std::uint32_t channel) { return ranges[channel].min; }) >= kLeast) continue;
+    found[i].map = maps[i];
+    some = true;
+  }
+  if (!some) return {};
+  std::vector<double> channels(ranges.size()), volumes(maps.size());
+  VolumeSampler(solid).run([&](LimitEvaluator& evaluator, const CellParam& at, double volume) {
+    const std::size_t map = map_of(printing, solid.region_of(solid.control_cell(at.cell)));
+    volumes[map] += volume;
+    if (found[map].map == nullptr) return;
+    evaluator.mat(at, channels);
+    const double sum =
+        sum_of_shares(*direct_alone(*maps[map]), [&](std::uint32_t channel) { return channels[channel]; });
+    if (sum >= kLeast) return;
+    found[map].share += volume;
+    found[map].least_sum = std::min(found[map].least_sum, sum);
+  });
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    if (volumes[i] > 0) found[i].share /= volumes[i];
+  }
+  std::erase_if(found, [](const FractionsBelowOne& below) { return below.share == 0; });
   return found;
 }
 

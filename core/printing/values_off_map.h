@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Values of channels beyond what material maps cover. They take what the end of the map gives, which is seldom meant
-// where they are many: a channel of 30 to 90 on a map of 0 to 1 prints in one material.
+// Values of channels that material maps don't take as they are. Those beyond what a map covers take what its end gives,
+// which is seldom meant where they are many: a channel of 30 to 90 on a map of 0 to 1 prints in one material. Fractions
+// of less than 1 in all are scaled up, and a density of a tenth prints as a whole.
 
 #pragma once
 
@@ -25,5 +26,14 @@ struct ValuesOffMap {
 /// The maps' channels with values that are more than kStrictSlack of the covered range off it, in the order of
 /// maps_of() and channels_of(). Takes some milliseconds at most. REQUIRES: validate_printing() passes.
 std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const LimitSolid& solid);
+
+struct FractionsBelowOne {
+  const MaterialMap* map = nullptr;  // One of maps_of(printing): direct, without a material for the rest.
+  double share = 0;                  // As above.
+  double least_sum = 1;              // Of the fractions, at these points.
+};
+
+/// The maps whose fractions add up to less than 1 by more than kStrictSlack, in the order of maps_of(). As above.
+std::vector<FractionsBelowOne> find_fractions_below_one(const Printing& printing, const LimitSolid& solid);
 
 }  // namespace ccslice

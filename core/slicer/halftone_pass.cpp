@@ -51,6 +51,7 @@ void HalftonePass::run_all(const Place& place, std::span<const Run> runs, std::s
   window_ = place.window;
   indices_.assign(std::size_t{window_.columns} * window_.rows, 0);
   std::fill(histogram_.begin(), histogram_.end(), 0);
+  misfits_ = {};
   halftoner_.start_layer(place.lattice.width, place.layer);
   while (!runs.empty()) {
     cancel.throw_if_cancelled();
@@ -92,6 +93,7 @@ void HalftonePass::run_block(const Place& place, const MixedRun& run, std::uint3
     const auto misfit = source.mixture.first_misfit(values_, begin, end);
     if (misfit) refuse(place, source, left + static_cast<std::uint32_t>(*misfit), run.row, *misfit);
   }
+  count_misfits(place, source, {run.row, left + begin, left + end});
   source.mixture.evaluate(values_, fractions_);
   std::array<std::uint8_t, kBlock> chosen;
   halftoner_.choose(block, begin, end, fractions_, chosen.data());
@@ -107,6 +109,14 @@ void HalftonePass::count(const Place& place, std::span<const MixedRun> row) {
       histogram_[m] += static_cast<std::uint64_t>(std::count(begin, begin + (part.end - part.begin), m + 1));
     }
   }
+}
+
+/// `voxels`: of one block, whose values are at hand.
+void HalftonePass::count_misfits(const Place& place, const Source& source, const VoxelRun& voxels) {
+  const VoxelRun part = place.counted.clipped(voxels);
+  if (part.begin >= part.end) return;
+  const std::uint32_t left = voxels.begin / kBlock * kBlock;
+  source.mixture.count_misfits(values_, part.begin - left, part.end - left, misfits_);
 }
 
 void HalftonePass::refuse(const Place& place, const Source& source, std::uint32_t x, std::uint32_t y,

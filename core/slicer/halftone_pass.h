@@ -28,7 +28,7 @@ class HalftonePass {
     std::uint32_t layer;
     double z_mm;
     LayerWindow window;   // What the channels' planes and the picture hold,
-    LayerWindow counted;  // The histogram counts these voxels.
+    LayerWindow counted;  // The histogram and the misfits count these voxels.
   };
 
   /// REQUIRES: plan outlives the pass.
@@ -47,6 +47,8 @@ class HalftonePass {
   IndexImage image() const noexcept { return {window_.columns, window_.rows, indices_, palette_}; }
   /// Voxels of material 1, 2, ...
   const std::vector<std::uint64_t>& histogram() const noexcept { return histogram_; }
+  /// Voxels whose values their maps don't take as they are.
+  const MapMisfits& misfits() const noexcept { return misfits_; }
 
  private:
   /// Voxels that are mixed by one of the plan's mixtures.
@@ -67,6 +69,7 @@ class HalftonePass {
   void run_row(const Place& place, std::span<const MixedRun> row, std::span<const ContonePlane> channels);
   void run_block(const Place& place, const MixedRun& run, std::uint32_t block, std::span<const ContonePlane> channels);
   void count(const Place& place, std::span<const MixedRun> row);
+  void count_misfits(const Place& place, const Source& source, const VoxelRun& voxels);
   [[noreturn]] void refuse(const Place& place, const Source& source, std::uint32_t x, std::uint32_t y,
                            std::size_t voxel) const;
 
@@ -78,6 +81,7 @@ class HalftonePass {
   std::vector<Source> sources_;  // By mixture.
   std::vector<MixedRun> row_;    // What the window holds of the row at hand.
   std::vector<std::uint64_t> histogram_;
+  MapMisfits misfits_;
   std::vector<MixRow> values_;  // Values of the block at hand, by channel.
   Fractions fractions_{};
 };

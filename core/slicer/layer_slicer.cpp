@@ -162,6 +162,9 @@ struct LayerSlicer::State {
       halftone->run(place, shape.spans, planes.mixed(), cancel);
     }
     layer.stats.material_voxels = halftone->histogram();
+    layer.stats.voxels_off_map = halftone->misfits().off_map;
+    layer.stats.voxels_scaled_up = halftone->misfits().scaled_up;
+    if (layer.stats.voxels_scaled_up > 0) layer.stats.least_fraction_sum = halftone->misfits().least_sum;
   }
 
   Layer slice(std::uint32_t index, const CancellationToken& cancel) {

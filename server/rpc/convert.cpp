@@ -339,6 +339,9 @@ v1::LayerStatistics to_message(const LayerStats& value) {
   message.set_contour_loops(value.contour_loops);
   message.set_contour_points(value.contour_points);
   message.set_contour_leaves_unresolved(value.contour_leaves_unresolved);
+  message.set_voxels_off_map(value.voxels_off_map);
+  message.set_voxels_scaled_up(value.voxels_scaled_up);
+  message.set_least_fraction_sum(value.least_fraction_sum);
   for (const std::uint64_t voxels : value.material_voxels) message.add_material_voxels(voxels);
   return message;
 }

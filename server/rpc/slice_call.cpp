@@ -266,6 +266,13 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     summary_.set_voxel_count(summary_.voxel_count() + layer.stats.voxels_inside);
     summary_.set_voxels_unresolved(summary_.voxels_unresolved() + layer.stats.voxels_unresolved);
     summary_.set_max_residual_mm(std::max(summary_.max_residual_mm(), layer.stats.max_residual_mm));
+    summary_.set_voxels_off_map(summary_.voxels_off_map() + layer.stats.voxels_off_map);
+    if (layer.stats.voxels_scaled_up > 0) {
+      const double least = layer.stats.least_fraction_sum;
+      const bool first = summary_.voxels_scaled_up() == 0;
+      summary_.set_least_fraction_sum(first ? least : std::min(summary_.least_fraction_sum(), least));
+      summary_.set_voxels_scaled_up(summary_.voxels_scaled_up() + layer.stats.voxels_scaled_up);
+    }
     for (const EncodedPlane& plane : layer.planes) {
       summary_.set_encoded_bytes(summary_.encoded_bytes() + plane.bytes.size());
       state_.metrics.layer_bytes += plane.bytes.size();

@@ -127,8 +127,31 @@ void warn_of_grid(const SliceJob& job, v1::PlanSlicesResponse& plan) {
   }
 }
 
+constexpr double kLeastShare = 0.01;  // Of a map's volume, for a warning.
+
+/// Whose map it is, for messages.
+std::string owner_of(const MaterialMap* map, const Printing& printing, const LimitSolid& solid) {
+  for (const CellRegionMap& own : printing.cell_region_maps) {
+    if (&own.map != map) continue;
+    return "the map of cell region '" + echoed(solid.summary().cell_regions[own.cell_region].name) + "'";
+  }
+  return "the material map";
+}
+
+void warn_of_fractions_below_one(const Printing& printing, const LimitSolid& solid, v1::PlanSlicesResponse& plan) {
+  constexpr int kDigits = 3;
+  for (const FractionsBelowOne& below : find_fractions_below_one(printing, solid)) {
+    if (below.share < kLeastShare) continue;
+    add_warning(plan, v1::PLAN_WARNING_KIND_FRACTIONS_BELOW_ONE,
+                "the fractions of " + owner_of(below.map, printing, solid) + " add up to less than 1, down to " +
+                    number_text(below.least_sum, kDigits) + ", in about " +
+                    std::to_string(std::lround(100 * below.share)) +
+                    " % of the volume: there they are scaled up to make 1. Let a material take the rest "
+                    "(rest_material; rest=NAME in --map of ccslice)");
+  }
+}
+
 void warn_of_values_off_maps(const Printing& printing, const LimitSolid& solid, v1::PlanSlicesResponse& plan) {
-  constexpr double kLeastShare = 0.01;
   constexpr int kDigits = 4;
   const auto range_text = [](double low, double high) {
     return number_text(low, kDigits) + " to " + number_text(high, kDigits);
@@ -136,15 +159,10 @@ void warn_of_values_off_maps(const Printing& printing, const LimitSolid& solid, 
   for (const ValuesOffMap& off : find_values_off_maps(printing, solid)) {
     if (off.share < kLeastShare) continue;
     const ChannelRange& channel = solid.summary().channels[off.channel];
-    std::string whose = "the material map";
-    for (const CellRegionMap& own : printing.cell_region_maps) {
-      if (&own.map != off.map) continue;
-      whose = "the map of cell region '" + echoed(solid.summary().cell_regions[own.cell_region].name) + "'";
-    }
     add_warning(plan, v1::PLAN_WARNING_KIND_VALUES_OFF_MAP,
                 "channel '" + echoed(channel.name) + "' runs from " + range_text(channel.min, channel.max) + ", and " +
-                    whose + " covers " + range_text(off.covered[0], off.covered[1]) + ": about " +
-                    std::to_string(std::lround(100 * off.share)) +
+                    owner_of(off.map, printing, solid) + " covers " + range_text(off.covered[0], off.covered[1]) +
+                    ": about " + std::to_string(std::lround(100 * off.share)) +
                     " % of the volume takes what the nearer end gives. If that isn't meant, let the map cover the "
                     "channel");
   }
@@ -242,7 +260,10 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
   warn_of_deviation(job, solid, deviation, plan);
   warn_of_grid(job, plan);
   warn_of_thin_features(job, solid, smallest_feature(request, job.grid.pitch), cancel, plan);
-  if (job.printing) warn_of_values_off_maps(*job.printing, solid, plan);
+  if (job.printing) {
+    warn_of_values_off_maps(*job.printing, solid, plan);
+    warn_of_fractions_below_one(*job.printing, solid, plan);
+  }
   if (request.has_printer()) warn_of_printer(job, to_printer(request.printer()), plan);
   plan.set_engine_version(std::string(kEngineVersion));
   return plan;

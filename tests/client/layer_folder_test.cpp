@@ -263,6 +263,36 @@ TEST_F(CommandLine, SaysWhichMaterialsAreNotPrinted) {
   EXPECT_EQ(slice("blend:gradient:0=a,1=b", {"--layers", "0..1"}), "");
 }
 
+// The channel runs from 0 to 1.
+TEST_F(CommandLine, CountsVoxelsThatTheMapDoesNotTakeAsTheyAre) {
+  const auto slice = [&](const std::string& map, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"slice",      box_,        "--pitch", "1", "--material", "a=#ff0000",
+                                          "--material", "b=#0000ff", "--map",   map, "-o",         path("counted"),
+                                          "--force"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments);
+  };
+  const ProcessResult direct = slice("direct:gradient=b", {});
+  EXPECT_THAT(direct.err,
+              testing::AllOf(HasSubstr("the fractions of the material map add up to less than 1, down to"),
+                             testing::ContainsRegex("warning: [0-9,]+ of [0-9,]+ voxels \\([0-9.]+ %\\) have "
+                                                    "fractions that add up to less than 1, the least to 0"),
+                             HasSubstr("rest=NAME")));
+  const std::string manifest = read_whole(path("counted") + "/manifest.json");
+  const double scaled_up = json_at(manifest, "voxels_scaled_up").number_value();
+  EXPECT_GT(scaled_up, 0.9 * json_at(manifest, "voxel_count").number_value());
+  EXPECT_LT(json_at(manifest, "least_fraction_sum").number_value(), 0.1);
+  double sum = 0;
+  for (const auto& layer : json_at(manifest, "layers").list_value().values()) {
+    sum += layer.struct_value().fields().at("voxels_scaled_up").number_value();
+  }
+  EXPECT_EQ(sum, scaled_up);
+  const std::string off = slice("blend:gradient:0=a,0.5=b", {"--json"}).out;
+  EXPECT_NEAR(json_at(off, "voxels_off_map").number_value() / json_at(off, "voxel_count").number_value(), 0.5, 0.05);
+  EXPECT_EQ(json_at(off, "voxels_scaled_up").number_value(), 0);
+  EXPECT_THAT(slice("direct:gradient=b,rest=a", {}).err, testing::Not(HasSubstr("warning")));
+}
+
 TEST_F(CommandLine, RefusesToPackWhatAGcvfFileCannotSay) {
   const auto packed = [&](const std::string& name, const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {"slice",      box_,       "--layers", "0..1",

@@ -93,6 +93,41 @@ TEST_F(Materials, OfValuesOffTheMapAreWarnedOf) {
                              testing::HasSubstr("takes what the nearer end gives")));
 }
 
+// The channel goes from 0 to 10, so the fraction from 0 to 10: below 1 in a tenth of the part.
+TEST_F(Materials, OfFractionsBelowOneAreWarnedOfAndCounted) {
+  const std::string channel = request_.printing().map().blend().channel();
+  v1::DirectShare& share = *request_.mutable_printing()->mutable_map()->mutable_direct()->add_shares();
+  share.set_channel(channel);
+  share.set_material("hard");
+  v1::PlanSlicesRequest request;
+  request.set_mesh_id(request_.mesh_id());
+  *request.mutable_grid() = request_.grid();
+  *request.mutable_planes() = request_.planes();
+  *request.mutable_printing() = request_.printing();
+  grpc::ClientContext context;
+  v1::PlanSlicesResponse plan;
+  ASSERT_TRUE(server_.stub().PlanSlices(&context, request, &plan).ok());
+  std::string text;
+  for (const v1::PlanWarning& warning : plan.warnings()) {
+    if (warning.kind() == v1::PLAN_WARNING_KIND_FRACTIONS_BELOW_ONE) text += warning.message();
+  }
+  EXPECT_THAT(text, testing::AllOf(testing::HasSubstr("the fractions of the material map add up to less than 1"),
+                                   testing::HasSubstr("rest=NAME")));
+  const Sliced sliced = server_.slice(request_);
+  ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
+  std::uint64_t off_map = 0, scaled_up = 0, voxels = 0;
+  for (const auto& [index, end] : sliced.ends) {
+    off_map += end.statistics().voxels_off_map();
+    scaled_up += end.statistics().voxels_scaled_up();
+    voxels += end.voxel_count();
+  }
+  EXPECT_GT(scaled_up, 0u);
+  EXPECT_LE(scaled_up + off_map, voxels);
+  EXPECT_EQ(sliced.summary.voxels_off_map(), off_map);
+  EXPECT_EQ(sliced.summary.voxels_scaled_up(), scaled_up);
+  EXPECT_LT(sliced.summary.least_fraction_sum(), 1);
+}
+
 TEST_F(Materials, HaveMasks) {
   request_.add_planes()->mutable_material_mask()->set_material("hard");
   const Sliced sliced = server_.slice(request_);

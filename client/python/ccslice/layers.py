@@ -35,6 +35,9 @@ class Layer:
     contours: List[np.ndarray]  # (k, 2) float64 x, y in mm, a closed loop each; empty if they weren't asked for.
     material_voxels: List[int]  # Of each material.
     contour_regions: List[int]  # Of contours by region: each loop's, from 1; 0 otherwise.
+    voxels_off_map: int = 0  # Whose values the printing's map doesn't cover.
+    voxels_scaled_up: int = 0  # Whose fractions of a direct map add up to less than 1.
+    least_fraction_sum: float = 0.0  # Of these.
 
 
 def _sample_bytes(spec: slice_pb2.PlaneSpec, columns: int, rows: int) -> int:
@@ -155,7 +158,8 @@ class Assembler:
                        "fewer or more contours than announced")
         layer = Layer(end.layer, begin.z_mm, end.voxel_count, None, {}, None, None,
                       [np.array(loop).reshape(-1, 2) for loop in self._loops], list(end.statistics.material_voxels),
-                      self._loop_regions)
+                      self._loop_regions, end.statistics.voxels_off_map, end.statistics.voxels_scaled_up,
+                      end.statistics.least_fraction_sum)
         for spec, chunks, size, result in zip(self._header.planes, self._chunks, begin.encoded_bytes, end.planes):
             encoded = chunks[0] if len(chunks) == 1 else b"".join(chunks)
             require_answer(len(encoded) == size, "a plane shorter or longer than announced")

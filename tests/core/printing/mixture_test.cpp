@@ -135,6 +135,60 @@ Printing coloured(const std::vector<std::uint32_t>& colours) {
   return printing;
 }
 
+/// Of voxels [3, 20) of a block, the first of which have these values, and the others those of the last one.
+MapMisfits misfits_of(const MaterialMap& map, const std::vector<std::vector<float>>& voxels) {
+  const Mixture mixture = mixture_of(printing_with(3, map));
+  std::vector<MixRow> rows(mixture.channels().size());
+  for (std::size_t c = 0; c < rows.size(); ++c) {
+    for (std::size_t k = 0; k < kMixBlock; ++k) {
+      rows[c][k] = k < 3 ? 1e6f : voxels[std::min(k - 3, voxels.size() - 1)][c];  // Those before are no matter.
+    }
+  }
+  MapMisfits misfits;
+  mixture.count_misfits(rows, 3, 20, misfits);
+  return misfits;
+}
+
+TEST(Mixture, CountsValuesOffTheMap) {
+  const MapMisfits blend = misfits_of({BlendMap{0, {{10, 1}, {20, 2}}}}, {{9.9f}, {9.95f}, {20.05f}, {20.1f}, {15}});
+  EXPECT_EQ(blend.off_map, 2u) << "beyond 1/128 of the map";
+  EXPECT_EQ(blend.scaled_up, 0u);
+  EXPECT_EQ(misfits_of({CurveMap{0, 1, 2, {{0, 0}, {1, 1}}}}, {{std::nanf("")}, {2}, {0.5f}}).off_map, 2u);
+  const MapMisfits direct =
+      misfits_of({DirectMap{{{0, 1}, {1, 2}}, 3}}, {{-0.1f, 0.5f}, {1.1f, 0}, {0.7f, 0.7f}, {0.2f, 0.2f}});
+  EXPECT_EQ(direct.off_map, 3u);
+  EXPECT_EQ(direct.scaled_up, 0u) << "a material takes the rest";
+  EXPECT_EQ(misfits_of({ColourMap{0, 1, 2, 255}}, {{0, 100, 257.5f}, {-3, -3, -3}, {0, 255, 254}}).off_map, 2u);
+  EXPECT_EQ(misfits_of({PureMap{2}}, {{}}).off_map, 0u);
+}
+
+TEST(Mixture, CountsFractionsThatAreScaledUp) {
+  const MapMisfits misfits = misfits_of({DirectMap{{{0, 1}, {1, 2}}}},
+                                        {{0.1f, 0.25f}, {0.5f, 0.499f}, {0.9f, 0}, {-0.5f, 0.75f}, {0.4f, 0.6f}});
+  EXPECT_EQ(misfits.scaled_up, 3u);
+  EXPECT_FLOAT_EQ(static_cast<float>(misfits.least_sum), 0.35f);
+  EXPECT_EQ(misfits.off_map, 1u) << "the negative one";
+  EXPECT_EQ(misfits_of({DirectMap{{{0, 1}}}}, {{0}, {1}}).least_sum, 0);
+  EXPECT_EQ(misfits_of({DirectMap{{{0, 1}}}}, {{1}}).least_sum, 1);
+}
+
+// What a strict map refuses is what is counted, colours that no mix gives aside.
+TEST(Mixture, CountsWhatAStrictMapRefuses) {
+  std::mt19937 random(20261128);
+  std::uniform_real_distribution<float> value(-0.1f, 1.1f);
+  for (const MaterialMap& map : {MaterialMap{BlendMap{0, {{0, 1}, {1, 2}}}}, MaterialMap{DirectMap{{{0, 1}, {1, 2}}}},
+                                 MaterialMap{DirectMap{{{0, 1}, {1, 2}}, 3}}}) {
+    const Mixture mixture = mixture_of(printing_with(3, map));
+    for (int i = 0; i < 1000; ++i) {
+      const std::vector<float> values = {value(random), value(random)};
+      const MapMisfits misfits = misfits_of(map, {values});
+      const bool counted = misfits.off_map + misfits.scaled_up > 0;
+      ASSERT_EQ(counted, !fits(mixture, {values.begin(), values.begin() + std::ssize(mixture.channels())}))
+          << values[0] << ' ' << values[1];
+    }
+  }
+}
+
 TEST(Mixture, OfAColourLooksLikeIt) {
   const std::vector<std::uint32_t> palette = {0x000000ff, 0xffffffff, 0x00ffffff, 0xff00ffff,
                                               0xffff00ff, 0xff0000ff, 0x00ff00ff, 0x0000ffff};

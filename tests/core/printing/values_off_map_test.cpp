@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -67,6 +69,27 @@ TEST(ValuesOffMap, AreThoseOfTheMapsOwnRegion) {
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].map, &printing.cell_region_maps[0].map);
   EXPECT_NEAR(found[0].share, 1, 1e-9);
+}
+
+TEST(FractionsBelowOne, AreMeasuredInVolume) {
+  ControlMesh mesh = block();
+  double top = 0;
+  for (const Vec3& p : mesh.positions) top = std::max(top, p.z());
+  mesh.channel_names = {"density", "other"};
+  mesh.channel_values.clear();
+  for (const Vec3& p : mesh.positions) {
+    const auto density = static_cast<float>(0.25 + 1.5 * p.z() / top);  // 1 in the middle.
+    mesh.channel_values.insert(mesh.channel_values.end(), {density, 0.75f});
+  }
+  const auto solid = LimitSolid::prepare(mesh);
+  const auto found = find_fractions_below_one(printing_with({DirectMap{{{0, 1}}}}), *solid);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0].share, 0.5, 0.03);
+  EXPECT_NEAR(found[0].least_sum, 0.25, 0.1);
+  const Printing two = printing_with({DirectMap{{{0, 1}, {1, 2}}}});
+  EXPECT_THAT(find_fractions_below_one(two, *solid), IsEmpty()) << "at least 1 in all";
+  EXPECT_THAT(find_fractions_below_one(printing_with({DirectMap{{{0, 1}}, 2}}), *solid), IsEmpty()) << "rest";
+  EXPECT_THAT(find_fractions_below_one(printing_with({BlendMap{0, {{0, 1}, {1, 2}}}}), *solid), IsEmpty());
 }
 
 TEST(ValuesOffMap, OfLargeMeshesAreSampled) {

@@ -162,6 +162,42 @@ TEST_P(HalftonePassTest, WindowsAreCropsOfTheLayer) {
   EXPECT_EQ(pass.histogram(), histogram);
 }
 
+// Of the counted voxels alone, each by its own map.
+TEST_P(HalftonePassTest, CountsVoxelsThatTheirMapsDoNotTake) {
+  const LayerLattice lattice{0, 0, 0.05, 0.05, 190, 40};
+  const std::vector<VoxelRun> spans = random_spans(lattice, random_);
+  std::vector<RegionRun> runs;
+  for (const VoxelRun& span : spans) runs.push_back({span, static_cast<std::uint8_t>(span.row % 2)});
+  Printing by_region = printing();
+  by_region.cell_region_maps = {{1, {BlendMap{2, {{0.4, 1}, {0.8, 2}}}}}};
+  const HalftonePlan plan(by_region, 0.05, 0.05, 0.05);
+  const LayerWindow all = window_of(lattice);
+  HalftonePass pass(plan);
+  for (const LayerWindow& counted : {all, LayerWindow{50, 10, 70, 12}}) {
+    pass.run({lattice, kLayer, kZMm, all, counted}, runs, planes(all), {});
+    std::uint64_t off_map = 0, scaled_up = 0;
+    double least = 1;
+    for (const VoxelRun& span : spans) {
+      const VoxelRun part = counted.clipped(span);
+      for (std::uint32_t x = part.begin; x < part.end; ++x) {
+        const double sum = double{value(0, x, span.row)} + value(1, x, span.row) + value(2, x, span.row);
+        if (span.row % 2 == 0) {
+          off_map += sum > 1 + 1.0 / 128 || value(0, x, span.row) > 1.01 || value(1, x, span.row) > 1.01 ||
+                     value(2, x, span.row) > 1.01;
+          scaled_up += sum < 1 - 1.0 / 128;
+          least = std::min(least, sum);
+        } else {
+          off_map += value(2, x, span.row) < 0.39 || value(2, x, span.row) > 0.81;
+        }
+      }
+    }
+    EXPECT_EQ(pass.misfits().off_map, off_map);
+    EXPECT_EQ(pass.misfits().scaled_up, scaled_up);
+    EXPECT_GT(scaled_up, 0u);
+    EXPECT_NEAR(pass.misfits().least_sum, least, 1e-6);
+  }
+}
+
 /// The spans, cut at random.
 std::vector<RegionRun> random_regions(const std::vector<VoxelRun>& spans, std::uint8_t regions, std::mt19937& random) {
   std::vector<RegionRun> runs;

@@ -107,11 +107,34 @@ TEST_P(HalftonedBox, GivesTheSameBytesForAnySplit) {
         EXPECT_TRUE(layer.planes[p].bytes == whole[layer.index].planes[p].bytes) << "layer " << layer.index;
       }
       EXPECT_EQ(layer.stats.material_voxels, whole[layer.index].stats.material_voxels);
+      EXPECT_EQ(layer.stats.voxels_off_map, whole[layer.index].stats.voxels_off_map);
     }
   };
   expect_same(slice(0, job_.grid.extent.layers, 3));
   expect_same(slice(5, 1));
   expect_same(slice(9, 14));
+}
+
+TEST_P(HalftonedBox, CountsVoxelsOffTheMap) {
+  std::get<BlendMap>(job_.printing->map.kind).stops = {{0.2, 1}, {0.8, 3}};
+  std::uint64_t off_map = 0, inside = 0;
+  for (const Layer& layer : slice(0, job_.grid.extent.layers, 2)) {
+    const double value = (layer.index + 0.5) / job_.grid.extent.layers;
+    const bool off = value < 0.2 - 0.6 / 128 || value > 0.8 + 0.6 / 128;
+    EXPECT_EQ(layer.stats.voxels_off_map, off ? layer.stats.voxels_inside : 0) << "layer " << layer.index;
+    off_map += layer.stats.voxels_off_map;
+    inside += layer.stats.voxels_inside;
+  }
+  EXPECT_NEAR(static_cast<double>(off_map) / static_cast<double>(inside), 0.4, 0.03);
+}
+
+TEST_P(HalftonedBox, CountsVoxelsWhoseFractionsAreScaledUp) {
+  job_.printing->map.kind = DirectMap{{{0, 3}}};
+  const std::vector<Layer> layers = slice(0, job_.grid.extent.layers);
+  EXPECT_EQ(layers.front().stats.voxels_scaled_up, layers.front().stats.voxels_inside);
+  EXPECT_NEAR(layers[1].stats.least_fraction_sum, 1.5 / job_.grid.extent.layers, 1e-3);
+  EXPECT_EQ(layers.back().stats.voxels_scaled_up, 0u);
+  EXPECT_EQ(layers.back().stats.least_fraction_sum, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, HalftonedBox,
