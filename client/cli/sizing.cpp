@@ -108,8 +108,7 @@ NearOrigin bring_near(const Sizing& sizing, ControlMesh& mesh) {
   if (farthest <= MeshLimits().max_abs_coordinate_mm || !(half.maxCoeff() > 0)) return near;
   near.home = box.min() + half;
   if (sizing.side_mm) near.scale = kSideMm / half.maxCoeff() / 2;
-  for (Vec3& position : mesh.positions) position = near.scale * (position - near.home);
-  for (MissedVertex& missed : mesh.missed_vertices) missed.position = near.scale * (missed.position - near.home);
+  for_each_place(mesh, [&](Vec3& place) { place = near.scale * (place - near.home); });
   return near;
 }
 

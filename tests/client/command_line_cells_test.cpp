@@ -52,7 +52,7 @@ TEST_F(CommandLine, CellRegionsComeFromNumbersOfCells) {
   const ProcessResult unknown = run({"info", mesh, "--regions-from", "part", "--json"});
   EXPECT_EQ(unknown.exit_code, cli::kExitInput);
   EXPECT_EQ(json_at(unknown.out, "error.reason").string_value(), "MESH_BAD_CELL_REGION");
-  EXPECT_EQ(run({"info", mesh, "--regions-from", "reference", "--interpolate"}).exit_code, 0);
+  EXPECT_EQ(run({"info", mesh, "--regions-from", "reference", "--interpolate", "--smooth"}).exit_code, 0);
 }
 
 // Two opposite ones of eight cubes are a region: round the middle vertex the others go all the way round it.
@@ -152,7 +152,7 @@ TEST_F(CommandLine, ChannelsOfRegionsJumpAtInterfaces) {
   const ProcessResult probe = run({"probe", path("two.ccmesh"), "--at", "0.25,0.25,0.25", "--at", "0.5,0.5,0.5"});
   EXPECT_THAT(probe.out, AllOf(HasSubstr("0.25"), HasSubstr("0.75"))) << probe.err;
   EXPECT_EQ(run(with({"slice", mesh, "--channel", "density", "--pitch", "0.05", "-o", path("jump")})).exit_code, 0);
-  EXPECT_EQ(run(with({"info", mesh, "--interpolate", "--grade", "up=z"})).exit_code, 0);
+  EXPECT_EQ(run(with({"info", mesh, "--interpolate", "--smooth", "--grade", "up=z"})).exit_code, 0);
 }
 
 }  // namespace

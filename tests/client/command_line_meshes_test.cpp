@@ -208,10 +208,11 @@ TEST_F(CommandLine, TellsHowFarTheLimitIsFromTheControlMesh) {
     EXPECT_THAT(text.out, testing::AllOf(HasSubstr("volume     22631 mm^3 (-18.62 %), control mesh 27809.7 mm^3"),
                                          HasSubstr("moved      up to 12.0552 mm: boundary vertex 72 from ")));
   }
-  EXPECT_THAT(run_alone({"info", path("coyote.ccmesh"), "--interpolate=boundary", "--full"}).out,
+  EXPECT_THAT(run_alone({"info", path("coyote.ccmesh"), "--interpolate=boundary", "--smooth", "--full"}).out,
               ContainsRegex("mesh that it (interpolates|was fitted to) [0-9.]+ mm\\^3; between vertices the mesh is "
                             "flat, and the limit round\n"));
-  EXPECT_THAT(run_alone({"info", box_, "--interpolate", "--full"}).out, Not(HasSubstr("is flat"))) << "sharp";
+  EXPECT_THAT(run_alone({"info", box_, "--interpolate", "--smooth", "--full"}).out, Not(HasSubstr("is flat")))
+      << "sharp";
   EXPECT_THAT(run({"plan", box_, "--pitch", "1"}).out,
               testing::AllOf(HasSubstr("volume     3072 mm^3 (the same), control mesh 3072 mm^3"),
                              HasSubstr("moved      no boundary vertex"), testing::Not(HasSubstr("warning"))));
@@ -230,12 +231,12 @@ TEST_F(CommandLine, TellsWhatMadeTheVolumeOfAFittedMeshAnother) {
   box.sharp_edges.clear();
   box.sharp_vertices.clear();
   cli::write_file(path("smooth.ccmesh"), MeshBytes(cli::to_proto(box)).bytes());
-  const std::vector<std::string> fitted = {"info", path("smooth.ccmesh"), "--interpolate", "--full"};
+  const std::vector<std::string> fitted = {"info", path("smooth.ccmesh"), "--interpolate", "--smooth", "--full"};
   EXPECT_THAT(run_alone(fitted).out,
               ContainsRegex("and the limit round\n  rounded    [0-9]+ edges where the mesh turns by 75 degrees or more "
                             "aren't sharp, and the limit bulges there; the most, by 90 degrees, near \\(.*\n  moved    "
                             "  no boundary vertex"));
-  EXPECT_GT(json_at(run_alone({"info", path("smooth.ccmesh"), "--interpolate", "--full", "--json"}).out,
+  EXPECT_GT(json_at(run_alone({"info", path("smooth.ccmesh"), "--interpolate", "--smooth", "--full", "--json"}).out,
                     "deviation.rounded_edges")
                 .number_value(),
             0);
@@ -248,7 +249,7 @@ TEST_F(CommandLine, ConvertsToTheSameBytesEachTime) {
 }
 
 TEST_F(CommandLine, ConvertSaysWhatVtuFilesDoNotKeep) {
-  const ProcessResult done = run_alone({"convert", box_, "--interpolate", "-o", path("box.vtu")});
+  const ProcessResult done = run_alone({"convert", box_, "--interpolate", "--smooth", "-o", path("box.vtu")});
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err,
               ContainsRegex("note: .vtu files don't keep: [0-9]+ sharp edges, that control points were fitted; "

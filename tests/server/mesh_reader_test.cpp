@@ -38,6 +38,20 @@ ErrorCode code_of(const std::string& bytes, const MeshLimits& limits = {}) {
   return ErrorCode{};
 }
 
+void expect_same(const MidNodes& nodes, const v1::ControlMesh& message) {
+  std::vector<std::uint32_t> edges, faces;
+  for (const auto& edge : nodes.edges) edges.insert(edges.end(), edge.begin(), edge.end());
+  for (const auto& face : nodes.faces) faces.insert(faces.end(), face.begin(), face.end());
+  EXPECT_TRUE(std::ranges::equal(edges, message.edge_node_vertices()));
+  EXPECT_TRUE(std::ranges::equal(faces, message.face_node_vertices()));
+  EXPECT_TRUE(std::ranges::equal(nodes.cells, message.cell_node_cells()));
+  EXPECT_TRUE(std::ranges::equal(nodes.values, message.node_values()));
+  ASSERT_EQ(3 * nodes.positions.size(), static_cast<std::size_t>(message.node_positions_mm_size()));
+  for (int i = 0; i < message.node_positions_mm_size(); ++i) {
+    EXPECT_EQ(nodes.positions[static_cast<std::size_t>(i / 3)][i % 3], message.node_positions_mm(i));
+  }
+}
+
 void expect_same(const ControlMesh& mesh, const v1::ControlMesh& message) {
   ASSERT_EQ(3 * mesh.positions.size(), static_cast<std::size_t>(message.positions_mm_size()));
   for (int i = 0; i < message.positions_mm_size(); ++i) {
@@ -69,6 +83,8 @@ void expect_same(const ControlMesh& mesh, const v1::ControlMesh& message) {
   for (int i = 0; i < message.missed_positions_mm_size(); ++i) {
     EXPECT_EQ(mesh.missed_vertices[static_cast<std::size_t>(i / 3)].position[i % 3], message.missed_positions_mm(i));
   }
+  EXPECT_EQ(mesh.as_meshed, message.as_meshed());
+  expect_same(mesh.mid_nodes, message);
 }
 
 v1::ControlMesh some_mesh() {
@@ -86,6 +102,12 @@ v1::ControlMesh some_mesh() {
   for (const float value : {0.5f, -3e38f}) mesh.add_region_values(value);
   for (const std::uint32_t vertex : {7u, 0xffffffffu}) mesh.add_missed_vertices(vertex);
   for (const double number : {0.25, -0.0, 1e300, 4., 5., 6.}) mesh.add_missed_positions_mm(number);
+  mesh.set_as_meshed(true);
+  for (const std::uint32_t vertex : {0u, 0xffffffffu, 1u, 2u}) mesh.add_edge_node_vertices(vertex);
+  for (const std::uint32_t vertex : {0u, 1u, 2u, 0xffffffffu}) mesh.add_face_node_vertices(vertex);
+  for (const std::uint32_t cell : {3u, 0xffffffffu}) mesh.add_cell_node_cells(cell);
+  for (const double number : {1., -0.0, 1e300}) mesh.add_node_positions_mm(number);
+  for (const float value : {0.25f, 3e38f}) mesh.add_node_values(value);
   return mesh;
 }
 
