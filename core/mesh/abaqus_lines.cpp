@@ -7,6 +7,7 @@
 #include <cctype>
 #include <filesystem>
 
+#include "core/mesh/find_file.h"
 #include "core/mesh/mesh_file.h"
 #include "core/mesh/text_scanner.h"
 
@@ -129,12 +130,16 @@ void AbaqusLines::include(std::string_view name) {
     fail_at(mark_, ErrorCode::kFileUnsupported,
             "the file includes " + shown + ", which can't be told from its bytes alone: put its lines here instead");
   }
-  std::error_code status;
-  const fs::path target = fs::weakly_canonical(fs::path(path).parent_path() / fs::path(std::string(name)), status);
-  if (!fs::is_regular_file(target, status)) {
-    fail_at(mark_, ErrorCode::kFileUnreadable,
-            "there is no file " + shown + " in the folder of " + path + ", which includes it");
+  const std::vector<fs::path> found = find_files(fs::path(path).parent_path(), name);
+  if (found.size() != 1) {
+    fail_at(
+        mark_, ErrorCode::kFileUnreadable,
+        (found.empty() ? "there is no file " + shown
+                       : std::to_string(found.size()) + " files are called " + shown + " but for the case of letters") +
+            " in the folder of " + path + ", which includes it");
   }
+  std::error_code status;
+  const fs::path target = fs::weakly_canonical(found.front(), status);
   if (++includes_ > kMostIncludes) {
     fail_at(mark_, ErrorCode::kMeshTooLarge, "more than " + std::to_string(kMostIncludes) + " includes");
   }
@@ -172,7 +177,10 @@ double AbaqusLines::any_real(std::string_view entry, std::string_view expected) 
 
 std::uint64_t AbaqusLines::count(std::string_view entry, std::string_view expected) const {
   const std::optional<std::uint64_t> value = parse_count(entry);
-  if (!value) fail(expected, entry.empty() ? "nothing" : entry);
+  if (!value) {
+    fail_at(mark_, ErrorCode::kFileSyntax,
+            "expected " + std::string(expected) + ", found " + no_count(entry.empty() ? "nothing" : entry));
+  }
   return *value;
 }
 

@@ -48,8 +48,8 @@ class AbaqusLines {
   /// The entries of the data line, without blanks around them; the last one is empty where it ends with a comma.
   const std::vector<std::string_view>& entries();
 
-  /// From the next line on: the lines of that file, then those that follow this one. Throws Error{kFileUnreadable,
-  /// kFileUnsupported, kFileSyntax} if that can't be.
+  /// From the next line on: the lines of that file (find_file.h), then those that follow this one. Throws
+  /// Error{kFileUnreadable, kFileUnsupported, kFileSyntax} if that can't be.
   void include(std::string_view name);
 
   /// An entry of a data line: a real, which may be nan or inf (0 if it is empty), or a whole number.

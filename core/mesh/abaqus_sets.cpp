@@ -175,6 +175,11 @@ void AbaqusSets::add_section(const AbaqusScope& scope, std::string_view set, std
 
 void AbaqusSets::add(std::size_t set, std::uint64_t number) { add_number(set, sets_[set].scope, number); }
 
+void AbaqusSets::add_instance(std::size_t set, std::string_view instance) {
+  constexpr std::uint64_t kMostNumber = std::uint64_t{1} << 63;
+  members_.push_back({set, {0, abaqus_key(instance)}, {}, {0, kMostNumber, 1}});
+}
+
 /// Numbers that follow each other are one member.
 void AbaqusSets::add_number(std::size_t set, const AbaqusScope& scope, std::uint64_t number) {
   if (!members_.empty()) {

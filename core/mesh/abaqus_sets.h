@@ -44,6 +44,8 @@ class AbaqusSets {
   /// The same for one that Abaqus made for itself: it isn't handed over, but others may name it.
   std::size_t open_internal(const AbaqusScope& scope, std::string_view name);
   void add(std::size_t set, std::uint64_t number);
+  /// All elements of the instance.
+  void add_instance(std::size_t set, std::string_view instance);
   /// A data line of *ELSET, whose numbers and names are those of `members`: the set's own scope, or an instance.
   void add_entries(std::size_t set, const AbaqusScope& members, bool generate, AbaqusLines& lines);
 

@@ -69,10 +69,9 @@ inline constexpr std::array<std::array<std::uint8_t, 3>, 6> kWedgeNeighbours = {
 
 struct CellKindTraits {
   CellKind kind;
-  std::string_view name;           // Of the contract's value, without CELL_KIND_.
-  std::string_view plural;         // For people.
-  std::string_view medit_section;  // In MEDIT files.
-  std::uint16_t vtk_type;          // In VTK files.
+  std::string_view name;    // Of the contract's value, without CELL_KIND_.
+  std::string_view plural;  // For people.
+  std::uint16_t vtk_type;   // In VTK files.
   CellTopology topology;
 };
 
@@ -80,19 +79,16 @@ inline constexpr std::array kCellKinds = {
     CellKindTraits{CellKind::kHex,
                    "HEX",
                    "hexahedra",
-                   "Hexahedra",
                    12,
                    {cell_tables::kHexFaces, cell_tables::kHexEdges, cell_tables::kHexNeighbours}},
     CellKindTraits{CellKind::kTet,
                    "TET",
                    "tetrahedra",
-                   "Tetrahedra",
                    10,
                    {cell_tables::kTetFaces, cell_tables::kTetEdges, cell_tables::kTetNeighbours}},
     CellKindTraits{CellKind::kWedge,
                    "WEDGE",
                    "wedges",
-                   "Prisms",
                    13,
                    {cell_tables::kWedgeFaces, cell_tables::kWedgeEdges, cell_tables::kWedgeNeighbours}},
 };

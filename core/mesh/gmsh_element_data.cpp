@@ -85,21 +85,23 @@ void GmshElementData::read(GmshScanner& scanner) {
   }
 }
 
-void GmshElementData::finish(MeshFile& file) {
+void GmshElementData::finish(MeshFile& file) const {
   file.warnings.insert(file.warnings.end(), warnings_.begin(), warnings_.end());
   if (fields_.empty()) return;
-  if (const auto twin = elements_.sort()) {
+  NodeNumbers elements;
+  for (const std::uint64_t number : file.numbers.cells) elements.add(number, 0);
+  if (const auto twin = elements.sort()) {
     file.warnings.push_back("fields at elements left out: element " + std::to_string(twin->number) + " comes twice");
     return;
   }
-  for (const Field& field : fields_) hand_over(field, file);
+  for (const Field& field : fields_) hand_over(field, elements, file);
 }
 
-void GmshElementData::hand_over(const Field& field, MeshFile& file) const {
+void GmshElementData::hand_over(const Field& field, const NodeNumbers& elements, MeshFile& file) {
   constexpr std::size_t kNoRow = std::numeric_limits<std::size_t>::max();
-  std::vector<std::size_t> row_of(elements_.size(), kNoRow);
+  std::vector<std::size_t> row_of(elements.size(), kNoRow);
   for (std::size_t row = 0; row < field.elements.size(); ++row) {
-    if (const std::optional<std::uint32_t> cell = elements_.index_of(field.elements[row])) row_of[*cell] = row;
+    if (const std::optional<std::uint32_t> cell = elements.index_of(field.elements[row])) row_of[*cell] = row;
   }
   if (const auto lacking = std::ranges::count(row_of, kNoRow); lacking > 0) {
     file.warnings.push_back("field '" + printable(field.name) + "' at elements left out: " + std::to_string(lacking) +

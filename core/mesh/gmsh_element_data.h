@@ -31,12 +31,11 @@ GmshFieldHeader read_field_header(GmshScanner& scanner, std::uint64_t most);
 
 class GmshElementData {
  public:
-  /// The next cell is the element of this number.
-  void add_cell(std::uint64_t element) { elements_.add(element, 0); }
   /// Between the name of the section and its end.
   void read(GmshScanner& scanner);
-  /// Hands over the components of fields that have numbers for each cell. Others are left out with a warning.
-  void finish(MeshFile& file);
+  /// Hands over the components of fields that have numbers for each cell. Others are left out with a warning. REQUIRES:
+  /// file.numbers has the cells' ones.
+  void finish(MeshFile& file) const;
 
  private:
   struct Field {
@@ -46,9 +45,8 @@ class GmshElementData {
     std::vector<double> values;  // All components of an element, then of the next one.
   };
   Field* to_take(const GmshFieldHeader& header);
-  void hand_over(const Field& field, MeshFile& file) const;
+  static void hand_over(const Field& field, const NodeNumbers& elements, MeshFile& file);
 
-  NodeNumbers elements_;  // Of cells.
   std::vector<Field> fields_;
   std::vector<std::string> warnings_;
 };

@@ -83,6 +83,17 @@ void leave_out_numbers_with_known_names(MeshFile& file) {
   });
 }
 
+/// Whether there is a line "$MeshFormat". Other sections may come before it, and other formats have comments that begin
+/// as sections do.
+bool has_gmsh_format(std::string_view bytes) {
+  constexpr std::string_view kLine = "$MeshFormat";
+  for (std::size_t at = bytes.find(kLine); at != std::string_view::npos; at = bytes.find(kLine, at + 1)) {
+    const std::string_view behind = bytes.substr(at + kLine.size(), 1);
+    if ((at == 0 || is_blank(bytes[at - 1])) && (behind.empty() || is_blank(behind[0]))) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 std::string_view without_utf8_mark(std::string_view bytes) {
@@ -100,7 +111,7 @@ MeshFileKind mesh_file_kind(std::string_view bytes) {
   TextScanner scanner(bytes);
   const std::string_view word = scanner.peek();
   if (word.size() > 1 && word[0] == '<' && word[1] != '\0') return MeshFileKind::kVtu;
-  if (word == "$MeshFormat") return MeshFileKind::kGmsh;
+  if (word.starts_with('$') && has_gmsh_format(bytes)) return MeshFileKind::kGmsh;
   if (equals_ignoring_case(word, "MeshVersionFormatted")) return MeshFileKind::kMedit;
   if (is_abaqus_keyword_or_comment(word)) return is_ls_dyna(bytes) ? MeshFileKind::kUnknown : MeshFileKind::kAbaqus;
   const bool ovm = equals_ignoring_case(word, "OVM") || equals_ignoring_case(word.substr(0, 4), "OVMB");

@@ -22,7 +22,16 @@ std::optional<NodeNumbers::Twin> NodeNumbers::sort() {
   return Twin{twin->number, (twin + 1)->mark};
 }
 
+std::vector<std::uint64_t> NodeNumbers::all() const {
+  std::vector<std::uint64_t> numbers(nodes_.size());
+  for (const Node& node : nodes_) numbers[node.index] = node.number;
+  return numbers;
+}
+
 std::optional<std::uint32_t> NodeNumbers::index_of(std::uint64_t number) const {
+  // Most files have them without gaps, which leaves nothing to search.
+  const std::uint64_t place = nodes_.empty() ? 0 : number - nodes_.front().number;
+  if (place < nodes_.size() && nodes_[place].number == number) return nodes_[place].index;
   const auto found = std::ranges::lower_bound(nodes_, number, {}, &Node::number);
   if (found == nodes_.end() || found->number != number) return std::nullopt;
   return found->index;

@@ -23,6 +23,8 @@ class NodeNumbers {
   };
   /// Before index_of(). Returns a number that two nodes have, if there is one.
   std::optional<Twin> sort();
+  /// The numbers, in the order of add().
+  std::vector<std::uint64_t> all() const;
   /// Which node that is, counted from 0 in the order of add().
   std::optional<std::uint32_t> index_of(std::uint64_t number) const;
 

@@ -8,6 +8,7 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,10 +16,12 @@
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/mesh/cell_complex.h"
 #include "core/mesh/cell_numbers.h"
 #include "core/mesh/channels.h"
 #include "core/mesh/exodus_types.h"
 #include "core/mesh/netcdf_file.h"
+#include "core/mesh/second_order_cells.h"
 #include "core/mesh/set_members.h"
 #include "core/mesh/text_scanner.h"
 #include "core/mesh/used_vertices.h"
@@ -27,13 +30,6 @@ namespace ccslice {
 namespace {
 
 constexpr std::size_t kMostVariables = kMostCellNumbers - 1;  // Ids of blocks are numbers of cells, too.
-
-const ExodusElementType* element_type(std::string_view name) {
-  const auto found = std::ranges::find_if(kExodusElementTypes, [&](const ExodusElementType& type) {
-    return equals_ignoring_case(name.substr(0, type.prefix.size()), type.prefix);
-  });
-  return found == kExodusElementTypes.end() || found->role == ExodusRole::kUnknown ? nullptr : &*found;
-}
 
 class ExodusReader {
  public:
@@ -49,6 +45,7 @@ class ExodusReader {
     for (CellSet& set : file_.cell_sets) sort_unique(set.cells);
     read_nodal_variables();
     read_element_variables();
+    read_own_numbers();
     leave_out_unused_vertices(unfit_, netcdf_.place(), file_);
     warn();
     return std::move(file_);
@@ -75,9 +72,12 @@ class ExodusReader {
   void read_blocks();
   void read_block(const NetcdfVariable& connect, const std::string& name, Block& block);
   void read_cells(const NetcdfVariable& connect, const ExodusElementType& type, Block& block);
+  std::uint32_t vertex(const NetcdfNumbers& numbers, std::uint64_t i) const;
   void read_element_sets();
   void add_to_set(const std::string& name, std::vector<std::uint32_t> cells);
   std::optional<std::uint32_t> cell_of(double element) const;
+  void read_own_numbers();
+  std::vector<std::uint64_t> map_of(const std::string& name, std::uint64_t count);
   void read_nodal_variables();
   void add_channel(const std::string& name, const NetcdfNumbers& numbers, std::uint64_t first,
                    std::vector<NamedChannel>& channels);
@@ -184,7 +184,7 @@ void ExodusReader::read_blocks() {
 }
 
 void ExodusReader::read_block(const NetcdfVariable& connect, const std::string& name, Block& block) {
-  const ExodusElementType* const type = element_type(connect.elem_type);
+  const ExodusElementType* const type = exodus_element_type(connect.elem_type);
   const std::string what = "block '" + echoed(name) + "' has " + std::to_string(block.count) + " elements of type '" +
                            printable(connect.elem_type) + "', ";
   if (type == nullptr || type->role == ExodusRole::kPyramid) {
@@ -211,19 +211,32 @@ void ExodusReader::read_cells(const NetcdfVariable& connect, const ExodusElement
   }
   block.cells = true;
   if (nodes > corners) crooked_ += block.count;
+  const std::span<const std::uint8_t> places = exodus_mid_nodes(type.kind, nodes);
+  std::vector<std::uint32_t> mid_nodes(places.size());
   for (std::uint64_t cell = 0; cell < block.count; ++cell) {
+    const std::uint64_t first = cell * nodes;
     for (std::uint64_t corner = 0; corner < corners; ++corner) {
-      const std::uint64_t i = cell * nodes + corner;
-      const double node = numbers[i];
-      if (!(node >= 1 && node <= static_cast<double>(mesh.vertex_count()))) {
-        netcdf_.place().fail_at(numbers.byte(i), ErrorCode::kMeshIndexOutOfRange,
-                                "a cell uses node " + number_text(node) + "; the file has nodes 1 to " +
-                                    std::to_string(mesh.vertex_count()));
-      }
-      mesh.cell_vertices.push_back(static_cast<std::uint32_t>(node) - 1);
+      mesh.cell_vertices.push_back(vertex(numbers, first + corner));
+    }
+    std::ranges::transform(places, mid_nodes.begin(), [&](std::uint8_t place) {
+      return place == exodus_tables::kNo ? kNone : vertex(numbers, first + place);
+    });
+    if (!places.empty()) {
+      add_second_order_cell(static_cast<std::uint32_t>(mesh.cell_count()), mid_nodes, file_.second_order);
     }
     mesh.cell_kinds.push_back(type.kind);
   }
+}
+
+/// The vertex that number i of an element block names.
+std::uint32_t ExodusReader::vertex(const NetcdfNumbers& numbers, std::uint64_t i) const {
+  const double node = numbers[i];
+  if (!(node >= 1 && node <= static_cast<double>(file_.mesh.vertex_count()))) {
+    netcdf_.place().fail_at(numbers.byte(i), ErrorCode::kMeshIndexOutOfRange,
+                            "a cell uses node " + number_text(node) + "; the file has nodes 1 to " +
+                                std::to_string(file_.mesh.vertex_count()));
+  }
+  return static_cast<std::uint32_t>(node) - 1;
 }
 
 void ExodusReader::read_element_sets() {
@@ -261,6 +274,39 @@ std::optional<std::uint32_t> ExodusReader::cell_of(double element) const {
   const std::uint64_t offset = index - block.first_element;
   if (!block.cells || offset >= block.count) return std::nullopt;
   return block.first_cell + static_cast<std::uint32_t>(offset);
+}
+
+void ExodusReader::read_own_numbers() {
+  const std::uint64_t elements = blocks_.empty() ? 0 : blocks_.back().first_element + blocks_.back().count;
+  const std::vector<std::uint64_t> map = map_of("elem_num_map", elements);
+  file_.numbers = {"node", "element", map_of("node_num_map", file_.mesh.vertex_count()), {}};
+  for (const Block& block : blocks_) {
+    for (std::uint64_t i = block.first_element; block.cells && i < block.first_element + block.count; ++i) {
+      file_.numbers.cells.push_back(map.empty() ? i + 1 : map[i]);
+    }
+  }
+  if (!file_.numbers.vertices.empty()) return;
+  file_.numbers.vertices.resize(file_.mesh.vertex_count());
+  std::iota(file_.numbers.vertices.begin(), file_.numbers.vertices.end(), std::uint64_t{1});
+}
+
+/// The numbers that the file gives its nodes or elements; none if it doesn't, or if they are no such numbers.
+std::vector<std::uint64_t> ExodusReader::map_of(const std::string& name, std::uint64_t count) {
+  std::vector<std::uint64_t> map;
+  const NetcdfVariable* const variable = netcdf_.variable(name);
+  if (variable == nullptr || count == 0) return map;
+  if (std::ranges::equal(variable->shape, std::initializer_list<std::uint64_t>{count})) {
+    const NetcdfNumbers numbers = netcdf_.numbers(*variable);
+    for (std::uint64_t i = 0; i < numbers.size(); ++i) {
+      const std::optional<std::int64_t> number = exact_integer(numbers[i]);
+      if (!number || *number < 1) break;
+      map.push_back(static_cast<std::uint64_t>(*number));
+    }
+  }
+  if (map.size() == count) return map;
+  file_.warnings.push_back("numbers in '" + name + "' left out, messages count from 1: they aren't " +
+                           std::to_string(count) + " whole numbers from 1 to 2^53");
+  return {};
 }
 
 /// In old files one array holds all variables.

@@ -5,9 +5,9 @@
 // for the names]. Those in HDF5's container are netCDF-4, which netCDF's nccopy turns into the classic one.
 //
 // Element blocks become MeshFile::cell_sets with their names, or their ids where they have none, and the ids its
-// numbers "block". Element sets are sets too. Cells of second order keep their corners; points, lines, faces and shells
-// are left out. Variables at nodes become channels, those at elements numbers of cells: the values of the last time
-// step.
+// numbers "block". Element sets are sets too. The nodes of cells of second order become MeshFile::second_order, and the
+// file's own numbers (node_num_map, elem_num_map) its numbers. Points, lines, faces and shells are left out. Variables
+// at nodes become channels, those at elements numbers of cells: the values of the last time step.
 
 #pragma once
 

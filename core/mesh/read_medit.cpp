@@ -5,36 +5,21 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
+#include "core/mesh/medit_high_order.h"
+#include "core/mesh/medit_sections.h"
 #include "core/mesh/text_scanner.h"
 #include "core/mesh/used_vertices.h"
 
 namespace ccslice {
 namespace {
-
-/// Sections of a fixed entry length that say nothing about the solid.
-struct SkippedSection {
-  std::string_view keyword;
-  int tokens_per_entry;
-};
-
-constexpr SkippedSection kSkipped[] = {{"Edges", 3},
-                                       {"Triangles", 4},
-                                       {"Quadrilaterals", 5},
-                                       {"Corners", 1},
-                                       {"Ridges", 1},
-                                       {"RequiredVertices", 1},
-                                       {"RequiredEdges", 1},
-                                       {"RequiredTriangles", 1},
-                                       {"Normals", 3},
-                                       {"RequiredQuadrilaterals", 1},
-                                       {"Tangents", 3},
-                                       {"NormalAtVertices", 2},
-                                       {"TangentAtVertices", 2}};
 
 class MeditReader {
  public:
@@ -48,7 +33,10 @@ class MeditReader {
     if (file_.mesh.cell_kinds.empty()) {
       throw Error(ErrorCode::kMeshEmpty, "the file has no Hexahedra, Tetrahedra or Prisms; " + kNeedsVolumeCells);
     }
+    high_order_.finish(file_);
     check_cell_vertices(file_.mesh);
+    file_.numbers.vertices.resize(file_.mesh.vertex_count());
+    std::iota(file_.numbers.vertices.begin(), file_.numbers.vertices.end(), std::uint64_t{1});
     leave_out_unused_vertices(unfit_, scanner_, file_);
     if (are_integers_) file_.cell_numbers.push_back(std::move(references_));
     return std::move(file_);
@@ -71,20 +59,21 @@ class MeditReader {
       read_dimension();
     } else if (equals_ignoring_case(keyword, "Vertices")) {
       read_vertices();
-    } else if (const CellKindTraits* cells = cells_of_section(keyword)) {
-      read_cells(cells->kind);
-    } else if (equals_ignoring_case(keyword, "Pyramids")) {
-      refuse_pyramids();
-    } else {
+    } else if (const MeditCells* const cells = find_section(kMeditCells, keyword)) {
+      cells->order > 1 ? read_high_order(*cells) : read_cells(cells->kind);
+    } else if (const MeditRefused* const refused = find_section(kMeditRefused, keyword)) {
+      refuse(*refused);
+    } else if (!high_order_.read_ordering(keyword, scanner_)) {
       skip_section(keyword);
     }
   }
 
-  static const CellKindTraits* cells_of_section(std::string_view keyword) {
-    const auto found = std::ranges::find_if(kCellKinds, [keyword](const CellKindTraits& traits) {
-      return equals_ignoring_case(keyword, traits.medit_section);
-    });
-    return found == kCellKinds.end() ? nullptr : &*found;
+  /// Null if none of them is called so.
+  template <typename Section, std::size_t count>
+  static const Section* find_section(const Section (&sections)[count], std::string_view keyword) {
+    const auto* const found = std::ranges::find_if(
+        sections, [&](const Section& section) { return equals_ignoring_case(keyword, section.keyword); });
+    return found == std::end(sections) ? nullptr : found;
   }
 
   void read_dimension() {
@@ -104,14 +93,37 @@ class MeditReader {
     }
   }
 
-  void read_cells(CellKind kind) {
+  std::uint64_t cell_count() {
     const std::uint64_t most = limits_.max_cells - std::min(limits_.max_cells, file_.mesh.cell_count());
-    const std::uint64_t count = scanner_.count_up_to("the number of cells", most);
+    return scanner_.count_up_to("the number of cells", most);
+  }
+
+  /// The cell's number counts the cells of its section.
+  void add_cell(CellKind kind, std::uint64_t number) {
+    read_reference();
+    file_.mesh.cell_kinds.push_back(kind);
+    file_.numbers.cells.push_back(number);
+  }
+
+  void read_cells(CellKind kind) {
+    const std::uint64_t count = cell_count();
     for (std::uint64_t i = 0; i < count; ++i) {
       for (int corner = 0; corner < corner_count(kind); ++corner) file_.mesh.cell_vertices.push_back(read_vertex_id());
-      read_reference();
-      file_.mesh.cell_kinds.push_back(kind);
+      add_cell(kind, i + 1);
     }
+  }
+
+  void read_high_order(const MeditCells& section) {
+    const std::uint64_t count = cell_count();
+    const auto first_cell = static_cast<std::uint32_t>(file_.mesh.cell_count());
+    std::vector<std::uint32_t> nodes;
+    for (std::uint64_t i = 0; i < count; ++i) {
+      for (std::uint8_t node = 0; node < section.nodes; ++node) nodes.push_back(read_vertex_id());
+      file_.mesh.cell_vertices.insert(file_.mesh.cell_vertices.end(), nodes.end() - section.nodes,
+                                      nodes.end() - section.nodes + corner_count(section.kind));
+      add_cell(section.kind, i + 1);
+    }
+    high_order_.add(section, first_cell, std::move(nodes));
   }
 
   /// Whatever it is: it only counts if regions are to be made of it.
@@ -136,22 +148,20 @@ class MeditReader {
     return static_cast<std::uint32_t>(id - 1);
   }
 
-  void refuse_pyramids() {
-    const std::uint64_t count = scanner_.count("the number of pyramids");
+  void refuse(const MeditRefused& section) {
+    const std::uint64_t count = scanner_.count("the number of " + std::string(section.keyword));
     if (count == 0) return;
     scanner_.fail_with(ErrorCode::kMeshUnsupportedCell,
-                       std::to_string(count) + (count == 1 ? " pyramid" : " pyramids") + " (1 to " +
-                           std::to_string(count) +
-                           " of the section); a pyramid never refines to hexahedra: split it into tetrahedra");
+                       std::to_string(count) + " " + std::string(section.plural) + " (1 to " + std::to_string(count) +
+                           " of the section) aren't read; " + std::string(section.remedy));
   }
 
   void skip_section(const std::string& keyword) {
     if (!is_letter(keyword.front())) scanner_.fail("a keyword", keyword);
-    for (const SkippedSection& section : kSkipped) {
-      if (!equals_ignoring_case(keyword, section.keyword)) continue;
+    if (const MeditSkipped* const section = find_section(kMeditSkipped, keyword)) {
       const std::uint64_t count = scanner_.count("the number of entries of " + keyword);
       for (std::uint64_t i = 0; i < count; ++i) {
-        scanner_.skip(static_cast<std::uint64_t>(section.tokens_per_entry), "an entry of " + keyword);
+        scanner_.skip(static_cast<std::uint64_t>(section->tokens_per_entry), "an entry of " + keyword);
       }
       if (count > 0) file_.warnings.push_back(std::to_string(count) + " " + keyword + " left out");
       return;
@@ -165,6 +175,7 @@ class MeditReader {
   TextScanner scanner_;
   const MeshLimits& limits_;
   UnfitNumbers unfit_;
+  MeditHighOrder high_order_;
   MeshFile file_;
   CellNumbers references_{"reference", {}};
   bool are_integers_ = true;  // All references are.

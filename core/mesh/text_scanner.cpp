@@ -43,6 +43,11 @@ std::optional<std::uint64_t> parse_count(std::string_view token) {
   return value;
 }
 
+std::string no_count(std::string_view token) {
+  const bool whole = std::ranges::all_of(token, [](char c) { return c >= '0' && c <= '9'; });
+  return in_quotes(printable(token)) + (whole ? ", which is beyond 2^53, the largest that is read" : "");
+}
+
 std::string in_quotes(std::string_view word) { return std::string(1, '\'').append(word).append(1, '\''); }
 
 std::optional<std::string_view> between_quotes(std::string_view line) {
@@ -155,7 +160,7 @@ float TextScanner::real_float(std::string_view expected) {
 std::uint64_t TextScanner::count(std::string_view expected) {
   const std::string_view token = next(expected);
   const std::optional<std::uint64_t> value = parse_count(token);
-  if (!value) fail(expected, token);
+  if (!value) fail_with(ErrorCode::kFileSyntax, "expected " + std::string(expected) + ", found " + no_count(token));
   return *value;
 }
 

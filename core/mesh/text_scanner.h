@@ -106,6 +106,9 @@ class TextScanner {
 std::optional<double> parse_real(std::string_view token);
 std::optional<std::uint64_t> parse_count(std::string_view token);
 
+/// What a message says of a token that isn't such an integer: "'12x'", or that it is too large.
+std::string no_count(std::string_view token);
+
 /// Whitespace between tokens, ends of lines too.
 bool is_blank(char c);
 

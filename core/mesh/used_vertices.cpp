@@ -59,14 +59,18 @@ std::vector<bool> used_vertices(const ControlMesh& mesh) {
   return used;
 }
 
+std::vector<bool> used_nodes(const MeshFile& file) {
+  std::vector<bool> used = used_vertices(file.mesh);
+  for (const std::uint32_t node : file.second_order.nodes) {
+    if (node != kNone) used[node] = true;
+  }
+  return used;
+}
+
 void leave_out_unused_vertices(const UnfitNumbers& unfit, const TextScanner& scanner, MeshFile& file) {
   ControlMesh& mesh = file.mesh;
-  const std::vector<bool> used = used_vertices(mesh);
-  unfit.throw_if_used(used, scanner);
-  std::vector<bool> known = used;  // Nodes in the middle of edges aren't left out.
-  for (const std::uint32_t node : file.second_order.nodes) {
-    if (node != kNone) known[node] = true;
-  }
+  const std::vector<bool> used = used_vertices(mesh), known = used_nodes(file);
+  unfit.throw_if_used(known, scanner);
   take_mid_nodes(file);
   if (std::ranges::all_of(used, std::identity())) return;
   const std::size_t channels = mesh.channel_count();

@@ -60,9 +60,12 @@ class UnfitNumbers {
 /// Which vertices the cells use. REQUIRES: the cells' vertices exist.
 std::vector<bool> used_vertices(const ControlMesh& mesh);
 
+/// Those, and the nodes that second_order lists. REQUIRES: they exist, too.
+std::vector<bool> used_nodes(const MeshFile& file);
+
 /// Makes mid_nodes of second_order, then leaves out the vertices that no cell uses as a corner, with a note of how many
-/// aren't such nodes either. numbers.vertices goes along. Throws Error{kMeshNonFinite} if one of the
-/// others has an unfit number. REQUIRES: the cells' vertices exist, and nothing is sharp.
+/// aren't such nodes either. numbers.vertices goes along. Throws Error{kMeshNonFinite} if a node that
+/// cells use has an unfit number. REQUIRES: the cells' vertices exist, and nothing is sharp.
 void leave_out_unused_vertices(const UnfitNumbers& unfit, const TextScanner& scanner, MeshFile& file);
 
 }  // namespace ccslice

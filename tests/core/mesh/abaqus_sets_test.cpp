@@ -55,6 +55,24 @@ TEST(AbaqusSets, ComeWithTheElements) {
               ElementsAre(Pair("B", ElementsAre(4, 5)), Pair("a", ElementsAre(0, 1, 2, 6))));
 }
 
+TEST(AbaqusSets, AreAllElementsOfAnInstance) {
+  const std::string parts = "*PART, NAME=p\n" + kNodes + tets({0, 1, 2}) + "*END PART\n*ASSEMBLY, NAME=x\n";
+  EXPECT_THAT(sets_of(parts + "*INSTANCE, NAME=a, PART=p, ELSET=ALL, NSET=N\n*END INSTANCE\n" +
+                      "*INSTANCE, NAME=b, PART=p\n*END INSTANCE\n*INSTANCE, NAME=c, PART=p, ELSET=both\n" +
+                      "*END INSTANCE\n*INSTANCE, NAME=d, PART=p, ELSET=both\n*END INSTANCE\n" +
+                      "*ELSET, ELSET=ALL, INSTANCE=b\n0, 2\n*END ASSEMBLY\n"),
+              ElementsAre(Pair("ALL", ElementsAre(0, 1, 2, 3, 5)), Pair("both", ElementsAre(6, 7, 8, 9, 10, 11))));
+}
+
+TEST(AbaqusSets, TakeMaterialsOfAllSectionsOfSolids) {
+  for (const char* section : {"SOLID", "COHESIVE", "GASKET", "SHELL", "FLUID"}) {
+    const MeshFile file =
+        read_abaqus(kNodes + tets({1}, "a") + "*" + section + " SECTION, ELSET=a, MATERIAL=steel\n1.\n");
+    ASSERT_EQ(file.cell_materials.size(), 1u) << section;
+    EXPECT_EQ(file.cell_materials[0].name, "steel");
+  }
+}
+
 const std::string kAssembly = "*PART, NAME=p\n" + kNodes + tets({1, 2}) + "*ELSET, ELSET=first\n1\n*END PART\n" +
                               "*PART, NAME=q\n" + kNodes + tets({1, 2}) + "*ELSET, ELSET=first\n2\n*END PART\n" +
                               "*ASSEMBLY, NAME=x\n*INSTANCE, NAME=p-1, PART=p\n*END INSTANCE\n" +

@@ -61,7 +61,12 @@ constexpr const char* kOriginals[] = {"meshio.mesh",
                                       "pyramids.vtk",
                                       "exodus_classic.e",
                                       "exodus_64_bit_offset.e",
-                                      "exodus_64_bit_data.e"};
+                                      "exodus_64_bit_data.e",
+                                      "second_order.inp",
+                                      "second_order.msh",
+                                      "second_order_binary.msh",
+                                      "second_order.mesh",
+                                      "second_order.e"};
 
 std::string bytes_of(const std::string& name) {
   constexpr std::uint64_t kMaxFileBytes = 1 << 20;

@@ -38,8 +38,8 @@ TEST(ReadAbaqus, PlacesInstancesOfParts) {
   EXPECT_EQ(file.cell_sets[0].name, "solid");
   EXPECT_THAT(file.cell_sets[0].cells, ElementsAre(0, 1));
   EXPECT_THAT(file.warnings,
-              ElementsAre(HasSubstr("9 vertices that no cell uses left out"), HasSubstr("3 instances placed"),
-                          HasSubstr("1 cells of second order"), "elements of types left out: S3",
+              ElementsAre(HasSubstr("3 vertices that no cell uses left out"), HasSubstr("3 instances placed"),
+                          HasSubstr("1 cells of second order"), "elements of types left out: S3 (1)",
                           "sets left out: all, corner", "keywords left out: *ELASTIC, *MATERIAL"));
 }
 
@@ -97,6 +97,57 @@ INSTANTIATE_TEST_SUITE_P(
                     AbaqusType{"C3D27R", 21, CellKind::kHex}),
     [](const auto& info) { return info.param.name + std::to_string(info.param.nodes); });
 
+/// Nodes 1 to `nodes` in a line, which is enough for the syntax.
+std::string nodes_up_to(int nodes) {
+  std::string text = "*NODE\n";
+  for (int n = 1; n <= nodes; ++n) text += std::to_string(n) + ", " + std::to_string(n) + "\n";
+  return text;
+}
+
+TEST(ReadAbaqus, TakesCommasBehindTheLastNode) {
+  for (const auto& [type, nodes] : {std::pair{"C3D8", 8},
+                                    {"C3D10", 10},
+                                    {"C3D15", 15},
+                                    {"C3D15V", 15},
+                                    {"C3D15V", 18},
+                                    {"C3D20", 20},
+                                    {"C3D27", 21},
+                                    {"C3D27", 27}}) {
+    SCOPED_TRACE(std::string(type) + " " + std::to_string(nodes));
+    std::string element = "7";
+    for (int n = 1; n <= nodes; ++n) element += (n % 16 == 0 ? ",\n" : ", ") + std::to_string(n);
+    const std::string twice = "*ELEMENT, TYPE=" + std::string(type) + "\n" + element + ",\n" + element + ",\n";
+    for (const std::string& text : {twice, twice + "*STEP\n", twice + "\n"}) {
+      const MeshFile file = read_abaqus(nodes_up_to(nodes) + text);
+      EXPECT_EQ(file.mesh.cell_count(), 2u);
+      EXPECT_THAT(file.numbers.cells, ElementsAre(7, 7));
+    }
+  }
+  EXPECT_EQ(read_abaqus(kFourNodes + "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4, , ,\n").mesh.cell_count(), 1u);
+}
+
+TEST(ReadAbaqus, CountsElementsThatItLeavesOut) {
+  const std::string others =
+      "*ELEMENT, TYPE=S4R, ELSET=SKIN\n1, 1, 2, 3, 4\n2, 1, 2, 3, 4\n*ELEMENT, TYPE=CCL12\n3, 1, 2, 3,\n4, 1\n"
+      "*ELEMENT, TYPE=F3D4\n4, 1, 2, 3, 4\n*ELEMENT, TYPE=GK3D8, OFFSET=100\n5, 1, 2, 3, 4\n\n";
+  const MeshFile file = read_abaqus(kOneTet + others);
+  EXPECT_EQ(file.mesh.cell_count(), 1u);
+  EXPECT_THAT(file.warnings,
+              ElementsAre("elements of types left out: S4R (2)", HasSubstr("1 elements of type CCL12 left out: cells"),
+                          HasSubstr("1 elements of type F3D4 left out: they are tetrahedra in CalculiX"),
+                          HasSubstr("1 elements of type GK3D8 left out: half of their nodes come of OFFSET"),
+                          "sets left out: SKIN"));
+  expect_error([&] { (void)read_abaqus(kFourNodes + others); }, ErrorCode::kMeshEmpty,
+               "no solid elements (C3D4, C3D6, C3D8, ...), but elements of types S4R, CCL12, F3D4, GK3D8; ");
+}
+
+TEST(ReadAbaqus, SaysThatNumbersAreTooLarge) {
+  for (const char* huge : {"9223372036854775808", "18446744073709551616"}) {
+    expect_error([&] { (void)read_abaqus("*NODE\n" + std::string(huge) + ", 0\n"); }, ErrorCode::kFileSyntax,
+                 "line 2: expected a node's number, found '" + std::string(huge) + "', which is beyond 2^53");
+  }
+}
+
 TEST(ReadAbaqus, TakesAnyNumbersWhereNoCellIs) {
   const MeshFile file = read_abaqus(kOneTet + "*NODE\n5, nan, inf\n6, 1\n");
   EXPECT_EQ(file.mesh.vertex_count(), 4u);
@@ -138,6 +189,17 @@ TEST_F(IncludedFiles, AreNamedWithTheirLines) {
                "line 2: there is no file 'none.inp' in the folder of");
   expect_error([&] { read(write("main.inp", "*INCLUDE, INPUT=deeper\n")); }, ErrorCode::kFileUnreadable, "no file");
   expect_error([&] { read(write("main.inp", "*INCLUDE\n")); }, ErrorCode::kFileSyntax, "INPUT=...");
+}
+
+TEST_F(IncludedFiles, AreFoundAsWindowsNamesThem) {
+  write("deeper/nodes.inp", "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n");
+  const std::string element = "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n";
+  for (const char* name : {"deeper\\nodes.inp", "DEEPER/Nodes.INP", ".\\Deeper\\NODES.inp"}) {
+    EXPECT_EQ(read(write("main.inp", "*INCLUDE, INPUT=" + std::string(name) + "\n" + element)).mesh.cell_count(), 1u);
+  }
+  write("deeper/NODES.INP", "");
+  expect_error([&] { read(write("main.inp", "*INCLUDE, INPUT=deeper\\Nodes.inp\n")); }, ErrorCode::kFileUnreadable,
+               "line 1: 2 files are called 'deeper\\Nodes.inp' but for the case of letters");
 }
 
 TEST_F(IncludedFiles, NeverIncludeThemselves) {
