@@ -70,6 +70,7 @@ class AbaqusPlacer {
   /// Throws Error{kFileSyntax, kMeshTooLarge, kMeshIndexOutOfRange, kMeshNonFinite} with its line.
   void place(std::vector<AbaqusPart>& parts, const std::vector<AbaqusInstance>& instances);
 
+  /// Valid as long as the parts are.
   const std::vector<PlacedElements>& placed() const { return placed_; }
 
  private:

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -33,8 +34,8 @@ struct AbaqusScope {
 /// A part's elements in the mesh.
 struct PlacedElements {
   AbaqusScope scope;
-  std::vector<std::uint64_t> numbers;  // Of the elements,
-  std::uint32_t first_cell = 0;        // which are cells from this one on.
+  std::span<const std::uint64_t> numbers;  // Of the elements,
+  std::uint32_t first_cell = 0;            // which are cells from this one on.
 };
 
 class AbaqusSets {

@@ -78,13 +78,9 @@ void GmshCells::connect(const NodeNumbers& nodes, const TextScanner& text, MeshF
   add_mid_nodes(nodes, text, file.second_order);
   file.mesh.cell_kinds = std::move(kinds_);
   file.numbers.cells = std::move(numbers_);
-  const auto note = [&](std::size_t cells, const std::string& order) {
-    if (cells == 0) return;
-    file.warnings.push_back(std::to_string(cells) + " cells of " + order +
-                            " taken by their corners: curved edges become straight");
-  };
-  note(second_order_.size(), "second order");
-  note(higher_order_.size(), "third order or higher");
+  if (higher_order_.empty()) return;
+  file.warnings.push_back(std::to_string(higher_order_.size()) +
+                          " cells of third order or higher taken by their corners: curved edges become straight");
 }
 
 }  // namespace ccslice

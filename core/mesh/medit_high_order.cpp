@@ -140,15 +140,11 @@ void MeditHighOrder::finish(MeshFile& file) const {
       for (std::size_t mid = 0; mid < mid_nodes.size(); ++mid) mid_nodes[mid] = nodes[order[corners + mid]];
       add_second_order_cell(cell, mid_nodes, file.second_order);
     }
-    (section.cells->order == 2 ? second_order : higher_order) += section.count();
+    if (section.cells->order > 2) higher_order += section.count();
   }
-  const auto note = [&](std::size_t count, const std::string& which) {
-    if (count == 0) return;
-    file.warnings.push_back(std::to_string(count) + " cells of " + which +
-                            " taken by their corners: curved edges become straight");
-  };
-  note(second_order, "second order");
-  note(higher_order, "third order or higher");
+  if (higher_order == 0) return;
+  file.warnings.push_back(std::to_string(higher_order) +
+                          " cells of third order or higher taken by their corners: curved edges become straight");
 }
 
 }  // namespace ccslice

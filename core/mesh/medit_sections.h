@@ -42,7 +42,7 @@ inline constexpr MeditRefused kMeditRefused[] = {
     {"Pyramids", "pyramids", kMeditPyramidRemedy},   {"PyramidsP2", "pyramids", kMeditPyramidRemedy},
     {"PyramidsP3", "pyramids", kMeditPyramidRemedy}, {"PyramidsP4", "pyramids", kMeditPyramidRemedy},
     {"Prisms9", "cells of Prisms9", kMeditRemedy},   {"Hexahedra12", "cells of Hexahedra12", kMeditRemedy},
-    {"Polyhedra", "polyhedra", kMeditRemedy},
+    {"Polyhedra", "polyhedra", kMeditRemedy},        {"PolyhedraHeaders", "polyhedra", kMeditRemedy},
 };
 
 /// Sections that say nothing about the solid.

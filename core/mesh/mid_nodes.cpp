@@ -169,8 +169,4 @@ void take_mid_nodes(MeshFile& file) {
                           " apart; the first of each is taken");
 }
 
-std::string corners_only_note(std::size_t cells) {
-  return std::to_string(cells) + " cells of second order taken by their corners: curved edges become straight";
-}
-
 }  // namespace ccslice

@@ -74,7 +74,4 @@ class MidNodeCorners {
 /// REQUIRES: the cells' vertices and nodes exist.
 void take_mid_nodes(MeshFile& file);
 
-/// What is said of so many second-order cells where a solid is made of their corners only.
-std::string corners_only_note(std::size_t cells);
-
 }  // namespace ccslice

@@ -84,7 +84,6 @@ class AbaqusReader {
   std::uint64_t* counted_ = nullptr;  // Elements of the type at hand that are left out.
   bool goes_on_ = false;              // The line before ends with a comma.
   std::uint64_t cells_ = 0, nodes_ = 0;
-  std::size_t second_order_ = 0;
   AbaqusSets sets_;
   std::optional<std::size_t> set_;  // That of the elements or data lines at hand.
   AbaqusScope members_;             // Of the data lines.
@@ -108,7 +107,6 @@ MeshFile AbaqusReader::read() {
   const AbaqusSets::LeftOut left_out = sets_.finish(placer.placed(), file_);
   for (const std::string& name : left_out.empty) other_sets_.insert(printable(name));
   for (const std::string& name : left_out.unknown) unknown_sets_.insert(printable(name));
-  second_order_ = file_.second_order.cells.size();
   leave_out_unused_vertices({}, TextScanner(""), file_);
   warn();
   return std::move(file_);
@@ -326,7 +324,8 @@ void AbaqusReader::read_cell() {
     if (cell_.size() == type_.most_nodes + 1) {
       lines_.fail_at(lines_.mark(), ErrorCode::kFileSyntax,
                      "element " + std::to_string(cell_[0]) + " of type " + printable(type_name_) + " has more than " +
-                         std::to_string(type_.most_nodes) + " nodes");
+                         std::to_string(type_.most_nodes) +
+                         " nodes; leave out the others, or name the type that has them");
     }
     const bool lacks_node = entries[i].empty() && cell_.size() > type_.nodes;  // Such a node of a face isn't there.
     cell_.push_back(lacks_node ? 0
@@ -367,10 +366,6 @@ void AbaqusReader::warn() {
   if (solids > 1) {
     file_.warnings.push_back(std::to_string(solids) +
                              " instances placed; they stay separate parts, also where they touch");
-  }
-  if (second_order_ > 0) {
-    file_.warnings.push_back(std::to_string(second_order_) +
-                             " cells of second order taken by their corners: curved edges become straight");
   }
   std::set<std::string> other_types;
   for (const auto& [type, count] : other_types_) other_types.insert(type + " (" + std::to_string(count) + ")");

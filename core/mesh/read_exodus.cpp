@@ -210,8 +210,8 @@ void ExodusReader::read_cells(const NetcdfVariable& connect, const ExodusElement
                 "the file has more than " + std::to_string(limits_.max_cells) + " cells, the most that are allowed");
   }
   block.cells = true;
-  if (nodes > corners) crooked_ += block.count;
   const std::span<const std::uint8_t> places = exodus_mid_nodes(type.kind, nodes);
+  if (nodes > corners && places.empty()) crooked_ += block.count;
   std::vector<std::uint32_t> mid_nodes(places.size());
   for (std::uint64_t cell = 0; cell < block.count; ++cell) {
     const std::uint64_t first = cell * nodes;

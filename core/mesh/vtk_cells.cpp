@@ -254,9 +254,6 @@ void VtkCellAppender::warn() {
   const auto note = [&](std::size_t count, const std::string& text) {
     if (count > 0) file_.warnings.push_back(std::to_string(count) + " " + text);
   };
-  if (const std::size_t curved = file_.second_order.cells.size(); curved > 0) {
-    file_.warnings.push_back(corners_only_note(curved));
-  }
   note(higher_order_, "cells of third or higher order taken by their corners: curved edges become straight");
   note(rational_, "Bezier cells with rational weights taken by their corners: curved edges become straight");
   note(with_other_nodes_, "cells have nodes in the middle of triangles or of themselves, which are left out");

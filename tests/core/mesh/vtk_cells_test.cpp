@@ -75,8 +75,7 @@ TEST(VtkCells, OfSecondOrderHaveTheirNodesWhereVtkPutsThem) {
   for (std::size_t node = 0; node < nodes.positions.size(); ++node) {
     EXPECT_EQ(nodes.values[node], static_cast<float>(nodes.positions[node].z())) << "the value follows the place";
   }
-  EXPECT_THAT(file.warnings,
-              ElementsAre("12 cells of second order taken by their corners: curved edges become straight"));
+  EXPECT_TRUE(file.warnings.empty());
   EXPECT_NO_THROW(validate(file.mesh));
 }
 

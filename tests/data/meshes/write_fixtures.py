@@ -21,7 +21,10 @@ bore, for tests/oracle.
 exodus_*.e: by Debian's libexodusii (6.02), in three variants of netCDF's format (the last one through nccopy). The
 tetrahedron is of second order, a shell and sets of nodes, sides and elements are there too, and two time steps.
 
-By hand: house.inp, assembly.inp; pyramids.vtk, a cube of six pyramids of which two come as hexahedra; house.ovm from OpenVolumeMesh's description of the format; house.json from protobuf's JSON mapping;
+second_order*: by write_second_order.py.
+
+By hand: house.inp, assembly.inp; pyramids.vtk, a cube of six pyramids of which two come as hexahedra; house.ovm from
+OpenVolumeMesh's description of the format; house.json from protobuf's JSON mapping;
 house.ccmesh by `protoc --encode=ccslice.v1.ControlMesh` from house.txtpb.
 """
 
