@@ -118,7 +118,7 @@ void MeditHighOrder::finish(MeshFile& file) const {
   for (const CellKind kind : mesh.cell_kinds) {
     first_corner.push_back(first_corner.back() + static_cast<std::size_t>(corner_count(kind)));
   }
-  std::size_t second_order = 0, higher_order = 0;
+  std::size_t higher_order = 0;
   for (const Section& section : sections_) {
     const std::size_t corners = corners_of(*section.cells);
     const auto missing = std::ranges::find_if(section.nodes, [&](auto node) { return node >= mesh.vertex_count(); });
