@@ -51,11 +51,16 @@ bool same(const SortedFace& a, const SortedFace& b) {
   return ((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2]) | (a[3] ^ b[3])) == 0;
 }
 
-Error face_of_three(const std::vector<std::int64_t>& cells) {
+/// `faces`: how many there are.
+Error face_of_three(const std::vector<std::int64_t>& cells, std::size_t faces) {
+  const std::string others =
+      faces == 1 ? ""
+                 : ", and there " +
+                       (faces == 2 ? "is one more such face" : "are " + std::to_string(faces - 1) + " more such faces");
   return Error(ErrorCode::kMeshNonManifoldFace,
                "cells " + std::to_string(cells[0]) + ", " + std::to_string(cells[1]) + " and " +
-                   std::to_string(cells[2]) +
-                   " share one face; a face belongs to at most two cells: remove the surplus cells",
+                   std::to_string(cells[2]) + " share one face" + others +
+                   "; a face belongs to at most two cells: remove the surplus cells",
                "cell_vertices", cells);
 }
 
@@ -93,6 +98,18 @@ void CellComplex::number_cells() {
   cell_edges_.assign(edge, EdgeId{kNone});
 }
 
+HalfFaceId CellComplex::add_face(CellId cell, std::uint8_t local) {
+  const HalfFaceId added = half_faces_of(FaceId{face_count()})[0];
+  half_face_cell_.insert(half_face_cell_.end(), {cell, CellId{kNone}});
+  half_face_local_.insert(half_face_local_.end(), {local, 0});
+  const LocalFace& shape = cell_topology(kinds_[cell]).faces[local];
+  std::array<VertexId, 4> ring = kNoVertices;
+  for (int k = 0; k < shape.size; ++k) ring[k] = cell_vertices(cell)[shape.corners[k]];
+  face_vertices_.push_back(ring);
+  face_size_.push_back(shape.size);
+  return added;
+}
+
 void CellComplex::build_faces(const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   // Half-faces are bucketed by their smallest vertex and matched within a bucket; faces are numbered by first cell.
@@ -121,31 +138,30 @@ void CellComplex::build_faces(const CancellationToken& cancel) {
   half_face_local_.reserve(2 * faces_expected);
   face_vertices_.reserve(faces_expected);
   face_size_.reserve(faces_expected);
+  std::vector<std::int64_t> crowd;  // Three cells of the first face that has more than two.
+  std::size_t crowded = 0;          // Such faces.
   for (std::uint32_t i = 0; i < refs.size(); ++i) {
     poll();
     const auto [cell, local] = owner[i];
-    if (cell_half_faces_[i] == kNone) {
-      cell_half_faces_[i] = half_faces_of(FaceId{face_count()})[0];
-      half_face_cell_.insert(half_face_cell_.end(), {cell, CellId{kNone}});
-      half_face_local_.insert(half_face_local_.end(), {local, 0});
-      const LocalFace& shape = cell_topology(kinds_[cell]).faces[local];
-      std::array<VertexId, 4> ring = kNoVertices;
-      for (int k = 0; k < shape.size; ++k) ring[k] = cell_vertices(cell)[shape.corners[k]];
-      face_vertices_.push_back(ring);
-      face_size_.push_back(shape.size);
-    }
+    if (cell_half_faces_[i] == kNone) cell_half_faces_[i] = add_face(cell, local);
     if (cell_half_faces_[i] & 1) continue;
     const HalfFaceId across = opposite(cell_half_faces_[i]);
+    bool is_crowded = false;
     for (const std::uint32_t j : buckets[refs[i][0]]) {
       if (j <= i || !same(refs[j], refs[i])) continue;
       if (half_face_cell_[across] != kNone) {
-        throw face_of_three({cell, half_face_cell_[across], owner[j].cell});
+        if (crowd.empty()) crowd = {cell, half_face_cell_[across], owner[j].cell};
+        is_crowded = true;
+        cell_half_faces_[j] = across;  // No face of its own.
+        continue;
       }
       cell_half_faces_[j] = across;
       half_face_cell_[across] = owner[j].cell;
       half_face_local_[across] = owner[j].local;
     }
+    crowded += is_crowded;
   }
+  if (crowded > 0) throw face_of_three(crowd, crowded);
   half_face_cell_.shrink_to_fit();
   half_face_local_.shrink_to_fit();
   face_vertices_.shrink_to_fit();

@@ -108,6 +108,7 @@ class CellComplex {
 
  private:
   void number_cells();
+  HalfFaceId add_face(CellId cell, std::uint8_t local);
   void build_faces(const CancellationToken& cancel);
   void build_edges(const CancellationToken& cancel);
   void build_incidences(const CancellationToken& cancel);

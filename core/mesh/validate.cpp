@@ -5,140 +5,118 @@
 
 #include <algorithm>
 #include <set>
-#include <span>
 #include <string>
 
-#include "core/base/contains.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/cell_regions.h"
 #include "core/mesh/check_arrays.h"
+#include "core/mesh/corner_determinant.h"
+#include "core/mesh/manifold.h"
 #include "core/mesh/offenders.h"
 
 namespace ccslice {
 
 namespace {
 
-/// Walks small graphs of cells. Keeps its memory.
-class Walk {
- public:
-  /// Counts the cells that are reached from the first. neighbours(cell, visit) visits those of one cell.
-  template <typename Neighbours>
-  std::size_t reachable(std::span<const CellId> cells, Neighbours neighbours) {
-    seen_.assign(1, cells.front());
-    for (std::size_t i = 0; i < seen_.size(); ++i) {
-      neighbours(seen_[i], [&](CellId next) {
-        if (!contains(seen_, next)) seen_.push_back(next);
-      });
-    }
-    return seen_.size();
-  }
-
- private:
-  std::vector<CellId> seen_;  // In the order of the walk.
-};
-
-/// Visits the cells across those of a cell's faces that pass `through`.
-template <typename Through, typename Visit>
-void cells_across(const CellComplex& complex, CellId cell, Through through, Visit visit) {
-  for (const HalfFaceId h : complex.cell_half_faces(cell)) {
-    const CellId other = complex.half_face_cell(opposite(h));
-    if (other != kNone && through(face_of(h))) visit(other);
-  }
-}
-
+/// The number of pairs and the first one are told.
 void check_shared_faces(const CellComplex& complex, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   std::vector<CellId> others;
+  std::vector<std::int64_t> first;
+  std::size_t pairs = 0;
   for (const CellId c : complex.cells()) {
     poll();
     others.clear();
     cells_across(
         complex, c, [](FaceId) { return true; }, [&](CellId o) { others.push_back(o); });
     std::sort(others.begin(), others.end());
-    const auto twice = std::adjacent_find(others.begin(), others.end());
-    if (twice == others.end()) continue;
-    throw Error(ErrorCode::kMeshSharedFaces,
-                "cells " + std::to_string(c) + " and " + std::to_string(*twice) +
-                    " share more than one face: the edge between those faces has valence 2; merge the cells or remesh",
-                "cell_vertices", {c, *twice});
+    for (auto other = std::adjacent_find(others.begin(), others.end()); other != others.end();
+         other = std::adjacent_find(other, others.end())) {
+      const CellId twice = *other;
+      pairs += c < twice;
+      if (first.empty()) first = {c, twice};
+      other = std::upper_bound(other, others.end(), twice);
+    }
   }
+  if (pairs == 0) return;
+  const std::string more = pairs == 1   ? ""
+                           : pairs == 2 ? ", and so do two others"
+                                        : ", and so do " + std::to_string(pairs - 1) + " more pairs";
+  throw Error(ErrorCode::kMeshSharedFaces,
+              "cells " + std::to_string(first[0]) + " and " + std::to_string(first[1]) +
+                  " share more than one face: the edge between those faces has valence 2" + more +
+                  "; merge the cells or remesh",
+              "cell_vertices", first);
 }
 
-bool edge_is_manifold(const CellComplex& complex, EdgeId edge, Walk& walk) {
-  const auto faces = complex.edge_faces(edge);
-  const auto boundary =
-      std::count_if(faces.begin(), faces.end(), [&](FaceId f) { return complex.face_on_boundary(f); });
-  if (boundary != 0 && boundary != 2) return false;
-  const auto through = [&](FaceId f) { return contains(faces, f); };
-  return walk.reachable(complex.edge_cells(edge), [&](CellId c, auto visit) {
-    cells_across(complex, c, through, visit);
-  }) == complex.edge_cells(edge).size();
-}
+/// Collects edges that break one rule, as Offenders does ids. An error's ids are those of their vertices.
+class EdgeOffenders {
+ public:
+  explicit EdgeOffenders(const CellComplex& complex) : complex_(complex) {}
+
+  void add(EdgeId edge) {
+    if (total_++ >= kMostNamed) return;
+    const auto [a, b] = complex_.edge_vertices(edge);
+    names_.push_back(std::to_string(a) + "-" + std::to_string(b));
+    ids_.insert({a, b});
+  }
+  /// "edges 4-13, 7-16 and 5 more REST", or how that begins for one edge.
+  void throw_if_any(ErrorCode code, const std::string& rest_of_one, const std::string& rest_of_many) const {
+    if (total_ == 0) return;
+    throw Error(code, named_things(kEdges, names_, total_) + " " + (total_ == 1 ? rest_of_one : rest_of_many),
+                "cell_vertices", {ids_.begin(), ids_.end()});
+  }
+
+ private:
+  static constexpr std::size_t kMostNamed = kMaxEchoItems / 2;
+
+  const CellComplex& complex_;
+  std::size_t total_ = 0;
+  std::vector<std::string> names_;
+  std::set<std::int64_t> ids_;
+};
 
 void check_edges(const CellComplex& complex, const MeshLimits& limits, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
-  Walk walk;
+  ManifoldTest manifold(complex);
+  EdgeOffenders pinched(complex), thin(complex), crowded(complex);
+  std::size_t crowd = 0;  // Cells round the first crowded edge.
   for (const EdgeId e : complex.edges()) {
     poll();
-    const auto refuse = [&](ErrorCode code, const std::string& why) {
-      const auto [a, b] = complex.edge_vertices(e);
-      throw Error(code, "edge " + std::to_string(a) + "-" + std::to_string(b) + " " + why, "cell_vertices", {a, b});
-    };
-    if (!edge_is_manifold(complex, e, walk)) {
-      refuse(ErrorCode::kMeshNonManifoldEdge,
-             "isn't manifold: its cells must form one ring, or one fan between two boundary faces; separate the parts "
-             "or fill the gap");
-    }
     const std::size_t valence = complex.edge_cells(e).size();
-    if (!complex.edge_on_boundary(e) && valence < 3) {
-      refuse(ErrorCode::kMeshSharedFaces,
-             "lies inside with only " + std::to_string(valence) + " cells round it; merge them or remesh");
-    }
-    if (valence > limits.max_edge_valence) {
-      refuse(ErrorCode::kMeshValenceTooHigh,
-             "has " + std::to_string(valence) + " cells round it; the limit is " +
-                 std::to_string(limits.max_edge_valence) +
-                 ": mesh the part with a core of some cells there, where the fan comes to a line");
+    if (!manifold.holds_at(e)) {
+      pinched.add(e);
+    } else if (!complex.edge_on_boundary(e) && valence < 3) {
+      thin.add(e);
+    } else if (valence > limits.max_edge_valence) {
+      crowded.add(e);
+      if (crowd == 0) crowd = valence;
     }
   }
-}
-
-/// One ball or one half-ball: the link is connected and its Euler characteristic that of a sphere or a disc.
-bool vertex_is_manifold(const CellComplex& complex, VertexId vertex, Walk& walk) {
-  const auto cells = complex.vertex_cells(vertex);
-  const auto faces = complex.vertex_faces(vertex);
-  const auto through = [&](FaceId f) { return contains(complex.face_vertices(f), vertex); };
-  if (walk.reachable(cells, [&](CellId c, auto visit) { cells_across(complex, c, through, visit); }) != cells.size()) {
-    return false;
-  }
-  const auto euler = static_cast<std::ptrdiff_t>(complex.vertex_edges(vertex).size()) -
-                     static_cast<std::ptrdiff_t>(faces.size()) + static_cast<std::ptrdiff_t>(cells.size());
-  return euler == (complex.vertex_on_boundary(vertex) ? 1 : 2);
+  const std::string rule =
+      " manifold: the cells of one must form one ring, or one fan between two boundary faces; separate the parts or "
+      "fill the gap";
+  pinched.throw_if_any(ErrorCode::kMeshNonManifoldEdge, "isn't" + rule, "aren't" + rule);
+  const std::string thin_rule = " inside with fewer than 3 cells round it; merge them or remesh";
+  thin.throw_if_any(ErrorCode::kMeshSharedFaces, "lies" + thin_rule, "lie each" + thin_rule);
+  const std::string limit = std::to_string(limits.max_edge_valence) +
+                            ": mesh the part with a core of some cells there, where the fan comes to a line";
+  crowded.throw_if_any(ErrorCode::kMeshValenceTooHigh,
+                       "has " + std::to_string(crowd) + " cells round it; the limit is " + limit,
+                       "have more cells round them than the limit of " + limit);
 }
 
 void check_vertices(const CellComplex& complex, const CancellationToken& cancel) {
   PeriodicPoll poll(cancel);
   Offenders pinched;
-  Walk walk;
+  ManifoldTest manifold(complex);
   for (const VertexId v : complex.vertices()) {
     poll();
-    if (!vertex_is_manifold(complex, v, walk)) pinched.add(v);
+    if (!manifold.holds_at(v)) pinched.add(v);
   }
   pinched.throw_if_any(ErrorCode::kMeshNonManifoldVertex, "the cells form neither one ball nor one half-ball at",
                        kVertices, "parts that touch in a point or along an edge must be separated or joined by faces",
                        "cell_vertices");
-}
-
-/// Det of the three edge vectors at a corner; hexahedra's corners are bits, where odd corners mirror.
-double corner_determinant(const ControlMesh& mesh, const CellComplex& complex, CellId cell, std::size_t corner) {
-  const auto vertices = complex.cell_vertices(cell);
-  const auto& neighbours = cell_topology(complex.kind(cell)).corner_neighbours[corner];
-  const Vec3& p = mesh.positions[vertices[corner]];
-  Mat3 edges;
-  for (int i = 0; i < 3; ++i) edges.col(i) = mesh.positions[vertices[neighbours[static_cast<std::size_t>(i)]]] - p;
-  const bool mirrored =
-      complex.kind(cell) == CellKind::kHex && (corner == 1 || corner == 2 || corner == 4 || corner == 7);
-  return mirrored ? -edges.determinant() : edges.determinant();
 }
 
 /// Mirrors a cell's corner order in VTK numbering.
@@ -192,8 +170,9 @@ Orientation orient(ControlMesh& mesh, const CellComplex& complex, const Cancella
     poll();
     const auto n = complex.cell_vertices(c).size();
     std::size_t negative = 0, positive = 0;
+    const auto place = [&](std::size_t corner) { return mesh.positions[complex.cell_vertices(c)[corner]]; };
     for (std::size_t i = 0; i < n; ++i) {
-      const double det = corner_determinant(mesh, complex, c, i);
+      const double det = corner_determinant(complex.kind(c), i, place);
       negative += det < 0;
       positive += det > 0;
     }
