@@ -98,7 +98,7 @@ void leave_out_unused_vertices(const UnfitNumbers& unfit, const TextScanner& sca
   if (left_out == 0) return;
   file.warnings.push_back(std::to_string(left_out) +
                           (left_out == 1 ? " vertex that no cell uses" : " vertices that no cell uses") +
-                          " left out; vertex ids in lists and later messages count the others");
+                          " left out; lists of vertices count the others");
 }
 
 }  // namespace ccslice

@@ -33,6 +33,9 @@ COVERED = {
     "cell_class": ("classify_test", "an enum"),
     # A line or two.
     "contains": ("polyhedra_test", "std::find"),
+    "corner_determinant": ("validate_test", "a formula; cells of every kind are inverted there"),
+    "disjoint_sets": ("point_clusters_test", "sets of random points are compared there; connected_parts_test too"),
+    "manifold": ("validate_test", "meshes of every fault are refused there; split_touching_test makes solids of others"),
     "similar_name": ("cell_numbers_test", "hints of names in another case"),
     "face_cone": ("cell_averages_test", "a formula; volumes of cells are compared there, of solids in deviation_test"),
     "prefetch": ("same_bytes_test", "changes nothing but time"),
