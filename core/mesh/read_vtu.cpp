@@ -73,6 +73,8 @@ class VtuReader {
   std::vector<NamedChannel> channels_;
   std::vector<std::string> left_out_;  // A sentence each, once.
   VtkCellAppender appender_{file_};
+  /// By point data: points whose values are others than those of an earlier piece at the same place.
+  std::map<std::string, std::size_t> other_values_;
 };
 
 MeshFile VtuReader::read() {
@@ -192,13 +194,18 @@ void VtuReader::read_channels(pugi::xml_node array, const std::string& name) {
     channels.push_back(&*found);
   }
   VtuNumbers numbers = document_.open(array, components * piece_points_.size());
+  std::size_t others = 0;
   for (const Point& point : piece_points_) {
+    bool same = true;
     for (NamedChannel* channel : channels) {
       const double value = numbers.values().any_real("a value");
       if (point.is_new) channel->values.push_back(unfit_.value(value, point.vertex, "a value", numbers.text()));
+      same = same && channel->values[point.vertex] == static_cast<float>(value);
     }
+    others += !point.is_new && !same;
   }
   numbers.require_end();
+  if (others > 0) other_values_[name] += others;
 }
 
 /// A name that comes again isn't read again: a small file that repeats a large array would take hours.
@@ -313,6 +320,10 @@ void VtuReader::warn() {
   if (pieces_ > 1) {
     file_.warnings.push_back(std::to_string(pieces_) + " pieces merged: " + std::to_string(merged_) +
                              " points at places of an earlier piece's points are the same vertices");
+  }
+  for (const auto& [name, points] : other_values_) {
+    file_.warnings.push_back("point data '" + printable(name) + "': at " + std::to_string(points) +
+                             " of these points the pieces disagree, and the first one's values are taken");
   }
   if (ghosts_ > 0) {
     const std::string lone =

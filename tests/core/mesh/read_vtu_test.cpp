@@ -228,11 +228,13 @@ TEST(ReadVtu, MergesPieces) {
   EXPECT_THAT(file.mesh.channel_names, ElementsAre("a"));
   EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 2, 3, 4, 5));
   EXPECT_NO_THROW(validate(file.mesh));
-  EXPECT_THAT(file.warnings,
-              ElementsAre("2 pieces merged: 4 points at places of an earlier piece's points are the same vertices",
-                          "1 ghost cells left out: other pieces have them",
-                          "point data 'c' left out: not every piece has it once",
-                          "point data 'b' left out: not every piece has it once"));
+  EXPECT_THAT(
+      file.warnings,
+      ElementsAre("2 pieces merged: 4 points at places of an earlier piece's points are the same vertices",
+                  "point data 'a': at 4 of these points the pieces disagree, and the first one's values are taken",
+                  "1 ghost cells left out: other pieces have them",
+                  "point data 'c' left out: not every piece has it once",
+                  "point data 'b' left out: not every piece has it once"));
 }
 
 TEST(ReadVtu, TakesAnyNumbersWhereNoCellIs) {
