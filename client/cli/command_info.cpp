@@ -19,6 +19,7 @@
 #include "client/cli/manifest.h"
 #include "client/cli/mesh_convert.h"
 #include "client/cli/mesh_source.h"
+#include "client/cli/numbering.h"
 #include "client/cli/processors.h"
 #include "client/cli/text_values.h"
 #include "core/base/echo.h"
@@ -111,11 +112,11 @@ FileFacts facts_of(const LoadedMesh& loaded, bool full, bool quiet) {
   return facts;
 }
 
-void add_limit(const LimitFacts& limit, JsonWriter& json) {
+void add_limit(const LimitFacts& limit, const FileNumbers& numbers, JsonWriter& json) {
   json.key("bounding_box");
   add_json(to_proto(limit.shape.bounding_box), json);
   json.key("deviation");
-  add_json(to_proto(limit.shape.deviation), json);
+  add_json(to_proto(limit.shape.deviation), json, &numbers);
   json.member("preparation_bytes", limit.preparation_bytes);
 }
 
@@ -132,12 +133,13 @@ std::string file_as_json(const LoadedMesh& loaded, const FileFacts& facts) {
   for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
     json.member(kCellKinds[kind].plural, facts.cells_by_kind[kind]);
   }
+  json.member("parts", loaded.parts.count).member("parts_of_one_cell", loaded.parts.of_one_cell);
   json.member("sharp_edges", loaded.mesh.sharp_edges.size())
       .member("inverted_cells", loaded.report.inverted_cells.size());
   json.key("control_box");
   add_json(to_proto(facts.box), json);
   json.member("control_volume_mm3", facts.volume_mm3).member("full", facts.limit.has_value());
-  if (facts.limit) add_limit(*facts.limit, json);
+  if (facts.limit) add_limit(*facts.limit, loaded.numbers, json);
   json.key("channels").begin_array();
   for (std::size_t i = 0; i < facts.channel_ranges.size(); ++i) {
     json.begin_object().member("name", loaded.mesh.channel_names[i]).member("min_value", facts.channel_ranges[i][0]);
@@ -150,13 +152,19 @@ std::string file_as_json(const LoadedMesh& loaded, const FileFacts& facts) {
   return json.end_object().text();
 }
 
-std::string describe_size(const FileFacts& facts, bool fitted) {
+/// What the volume within straight edges is of.
+std::string faceted_mesh(const ControlMesh& mesh) {
+  if (mesh.as_meshed) return mesh.mid_nodes.empty() ? "as meshed " : "with straight edges ";
+  return mesh.interpolating ? "mesh of the fitted control points " : "control mesh ";
+}
+
+std::string describe_size(const FileFacts& facts, const LoadedMesh& loaded) {
   if (!facts.limit) {
-    return "\n  mesh size  " + describe(to_proto(facts.box)) + "\n  volume     " +
-           (fitted ? "mesh of the fitted control points " : "control mesh ") + show_number(facts.volume_mm3) + " mm^3";
+    return "\n  mesh size  " + describe(to_proto(facts.box)) + "\n  volume     " + faceted_mesh(loaded.mesh) +
+           show_number(facts.volume_mm3) + " mm^3";
   }
   return "\n  size       " + describe(to_proto(facts.limit->shape.bounding_box)) +
-         describe(to_proto(facts.limit->shape.deviation)) + "\n  memory     " +
+         describe(to_proto(facts.limit->shape.deviation), loaded.numbers) + "\n  memory     " +
          show_bytes(facts.limit->preparation_bytes) + " of a server's preparation budget";
 }
 
@@ -175,7 +183,11 @@ std::string file_as_text(const std::string& name, const LoadedMesh& loaded, cons
   }
   text += "\n  vertices   " + show_count(loaded.mesh.vertex_count()) + ", " +
           show_count(loaded.mesh.sharp_edges.size()) + " sharp edges";
-  text += describe_size(facts, loaded.mesh.interpolating);
+  if (loaded.parts.count > 1) {
+    text += "\n  parts      " + show_count(loaded.parts.count) + ", " + show_count(loaded.parts.of_one_cell) +
+            " of them of one cell";
+  }
+  text += describe_size(facts, loaded);
   for (std::size_t i = 0; i < facts.channel_ranges.size(); ++i) {
     text += "\n  channel    " + echoed(loaded.mesh.channel_names[i]) + ": " + show_number(facts.channel_ranges[i][0]) +
             " to " + show_number(facts.channel_ranges[i][1]);

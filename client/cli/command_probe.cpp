@@ -18,6 +18,7 @@
 #include "client/cli/point_file.h"
 #include "client/cli/text_values.h"
 #include "core/base/echo.h"
+#include "core/mesh/renumber_text.h"
 
 namespace ccslice::cli {
 namespace {
@@ -82,12 +83,16 @@ struct PointAnswer {
   double material(int channel) const { return batch.materials(index * channels + channel); }
 };
 
-void add_json(const double* point, const PointAnswer& answer, const v1::MeshSummary& mesh, JsonWriter& json) {
+void add_json(const double* point, const PointAnswer& answer, const v1::MeshSummary& mesh, const FileNumbers* numbers,
+              JsonWriter& json) {
   json.begin_object().key("point_mm").begin_array().value(point[0]).value(point[1]).value(point[2]).end_array();
   json.member("location", name_of(answer.batch.locations(answer.index)));
   if (!answer.outside()) {
     json.member("limit_cell", answer.batch.limit_cells(answer.index));
-    json.member("control_cell", answer.batch.control_cells(answer.index)).key("uvw").begin_array();
+    const std::uint32_t cell = answer.batch.control_cells(answer.index);
+    json.member("control_cell", cell);
+    if (numbers != nullptr) json.member("file_cell", file_cell(*numbers, cell));
+    json.key("uvw").begin_array();
     for (int i = 0; i < 3; ++i) json.value(answer.uvw(i));
     json.end_array().member("residual_mm", answer.batch.residuals_mm(answer.index)).key("materials").begin_object();
     for (int i = 0; i < mesh.channels_size(); ++i) json.member(mesh.channels(i).name(), answer.material(i));
@@ -96,12 +101,16 @@ void add_json(const double* point, const PointAnswer& answer, const v1::MeshSumm
   json.end_object();
 }
 
-std::string as_text(const double* point, const PointAnswer& answer, const v1::MeshSummary& mesh) {
+std::string as_text(const double* point, const PointAnswer& answer, const v1::MeshSummary& mesh,
+                    const FileNumbers* numbers) {
   std::string text = "(" + show_number(point[0]) + ", " + show_number(point[1]) + ", " + show_number(point[2]) + ") " +
                      name_of(answer.batch.locations(answer.index));
   if (answer.outside()) return text;
-  text += ", cell " + std::to_string(answer.batch.control_cells(answer.index)) + " (" + show_number(answer.uvw(0)) +
-          ", " + show_number(answer.uvw(1)) + ", " + show_number(answer.uvw(2)) + ")";
+  const std::uint32_t cell = answer.batch.control_cells(answer.index);
+  text += numbers != nullptr ? ", " + numbers->cell_noun + " " + std::to_string(file_cell(*numbers, cell))
+                             : ", cell " + std::to_string(cell);
+  text +=
+      " (" + show_number(answer.uvw(0)) + ", " + show_number(answer.uvw(1)) + ", " + show_number(answer.uvw(2)) + ")";
   for (int i = 0; i < mesh.channels_size(); ++i) {
     text += ", " + echoed(mesh.channels(i).name()) + " " + show_number(answer.material(i));
   }
@@ -111,18 +120,20 @@ std::string as_text(const double* point, const PointAnswer& answer, const v1::Me
 /// Prints answers as they come. JSON is one array.
 class AnswerPrinter {
  public:
-  AnswerPrinter(const v1::MeshSummary& mesh, bool json) : mesh_(mesh), json_(json) {}
+  /// `numbers`: of the file that the mesh came from, or null.
+  AnswerPrinter(const v1::MeshSummary& mesh, const FileNumbers* numbers, bool json)
+      : mesh_(mesh), numbers_(numbers), json_(json) {}
 
   void print(std::span<const double> points, const v1::ProbePointsResponse& batch) {
     for (int i = 0; i < batch.locations_size(); ++i) {
       const double* point = &points[3 * static_cast<std::size_t>(i)];
       const PointAnswer answer{batch, i, mesh_.channels_size()};
       if (!json_) {
-        print_line(as_text(point, answer, mesh_));
+        print_line(as_text(point, answer, mesh_, numbers_));
         continue;
       }
       JsonWriter json;
-      add_json(point, answer, mesh_, json);
+      add_json(point, answer, mesh_, numbers_, json);
       print_part((printed_++ == 0 ? "[" : ",") + json.text());
     }
   }
@@ -138,6 +149,7 @@ class AnswerPrinter {
 
  private:
   const v1::MeshSummary& mesh_;
+  const FileNumbers* const numbers_;
   const bool json_;
   std::uint64_t printed_ = 0;
 };
@@ -147,7 +159,8 @@ void run_probe(Session& session, const ProbeOptions& options) {
   const v1::Placement placement = parse_placement(options.placement);
   const std::string id = ensure_on_server(session, options.mesh, options.placement);
   const v1::MeshSummary mesh = session.client().mesh_summary(id, session.call());
-  AnswerPrinter printer(mesh, session.options().json);
+  const std::optional<FileNumbers>& numbers = session.file_numbers();
+  AnswerPrinter printer(mesh, numbers ? &*numbers : nullptr, session.options().json);
   try {
     session.client().probe(
         id, placement, [&](std::size_t most_points) { return points.next(most_points); },

@@ -25,6 +25,7 @@
 #include "client/cli/layer_stream.h"
 #include "client/cli/manifest.h"
 #include "client/cli/mesh_source.h"
+#include "client/cli/numbering.h"
 #include "client/cli/png_file.h"
 #include "client/cli/printing.h"
 #include "client/cli/slice_report.h"
@@ -116,9 +117,10 @@ void run_plan(Session& session, const JobOptions& options) {
   v1::PlanSlicesRequest request = plan_request(options, false);
   request.set_mesh_id(mesh_on_server(session, options, request.grid()));
   const v1::PlanSlicesResponse plan = session.client().plan(request, session.call());
-  if (!session.options().json) return print_line(describe(plan));
+  const std::optional<FileNumbers>& numbers = session.file_numbers();
+  if (!session.options().json) return print_line(numbers ? describe(plan, *numbers) : describe(plan));
   JsonWriter json;
-  add_json(plan, json);
+  numbers ? add_json(renumbered(plan, *numbers), json, &*numbers, session.file_notes()) : add_json(plan, json);
   print_line(json.text());
 }
 
@@ -258,7 +260,9 @@ void slice_job(Session& session, const SliceOptions& options, const PlannedJob& 
 v1::PlanSlicesResponse told_plan(Session& session, const SliceOptions& options, const v1::PlanSlicesRequest& job) {
   v1::PlanSlicesResponse plan = session.client().plan(job, session.call());
   if (session.quiet()) return plan;
-  for (const v1::PlanWarning& warning : plan.warnings()) {
+  const std::optional<FileNumbers>& numbers = session.file_numbers();
+  const v1::PlanSlicesResponse told = numbers ? renumbered(plan, *numbers) : plan;
+  for (const v1::PlanWarning& warning : told.warnings()) {
     print_note("warning: " + echoed(warning.message(), kMaxMessageBytes));
   }
   if (options.job.software == "grabcad") warn_of_grabcad(options.job, job, plan);

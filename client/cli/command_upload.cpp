@@ -15,6 +15,7 @@
 #include "client/cli/manifest.h"
 #include "client/cli/mesh_convert.h"
 #include "client/cli/mesh_source.h"
+#include "client/cli/numbering.h"
 #include "client/cli/output_file.h"
 #include "client/cli/processors.h"
 #include "client/cli/text_values.h"
@@ -37,12 +38,12 @@ void run_upload(Session& session, const MeshOptions& options) {
   if (session.options().json) {
     JsonWriter json;
     json.begin_object().member("was_cached", outcome.was_cached).key("mesh");
-    add_json(outcome.mesh, json);
+    add_json(outcome.mesh, json, &mesh.numbers);
     add_notes(mesh, json);
     return print_line(json.end_object().text());
   }
   if (outcome.was_cached && !session.quiet()) print_note("the server held this mesh already");
-  print_line(describe(outcome.mesh));
+  print_line(describe(outcome.mesh, mesh.numbers));
   if (session.server_is_private() && !session.quiet()) {
     print_note("the server that was started for this command ends with it, and so does what it holds");
   }

@@ -60,7 +60,7 @@ std::string swelling_note(const Swelling& swelling, const RoundedEdges& rounded)
   std::string face;
   for (const std::uint32_t v : swelling.vertices) face += (face.empty() ? "" : ", ") + std::to_string(v);
   const std::string most = show_number(swelling.offset.norm()) + " mm off the middle of the mesh's face of vertices " +
-                           face + ", " + show_number(swelling.edges) + " of an edge, near " +
+                           face + ", by " + show_number(swelling.edges) + " of an edge, near " +
                            show_place({at.x(), at.y(), at.z()});
   if (swelling.much == 0) {
     return "the limit is up to " + most + (rounded.count > 0 ? "; " + describe(rounded) + remedy : "");

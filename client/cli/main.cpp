@@ -21,6 +21,7 @@
 #include "client/cli/failure.h"
 #include "client/cli/help.h"
 #include "client/cli/interrupt.h"
+#include "client/cli/numbering.h"
 #include "client/cli/program.h"
 
 namespace ccslice::cli {
@@ -40,6 +41,16 @@ std::vector<std::string> arguments_of(const CLI::App& app, int argc, char** argv
   return arguments;
 }
 
+/// What the server says of the mesh is said in the numbers of its file.
+void run(const Command& command, Session& session) {
+  try {
+    command.run(session);
+  } catch (const client::ClientError& error) {
+    if (!session.file_numbers()) throw;
+    throw renumbered(error, *session.file_numbers());
+  }
+}
+
 int run(const Program& program) {
   const CommonOptions& options = program.options;
   client::Cancellation cancellation;
@@ -47,7 +58,7 @@ int run(const Program& program) {
   try {
     Session session(options, cancellation);
     for (const Command& command : program.commands) {
-      if (program.app.got_subcommand(command.app)) command.run(session);
+      if (program.app.got_subcommand(command.app)) run(command, session);
     }
     return kExitOk;
   } catch (const std::exception& exception) {

@@ -9,6 +9,7 @@
 #include "client/cli/json_fields.h"
 #include "client/cli/message_json.h"
 #include "client/plane_encodings.h"
+#include "core/mesh/renumber_text.h"
 
 namespace ccslice::cli {
 namespace {
@@ -94,10 +95,11 @@ void add_plane(const v1::PlaneSpec& plane, JsonWriter& json) {
   json.end_object();
 }
 
-void add_folds(const v1::MeshSummary& mesh, JsonWriter& json) {
+void add_folds(const v1::MeshSummary& mesh, const FileNumbers* numbers, JsonWriter& json) {
   json.key("folds").begin_array();
   for (const v1::FoldPlace& fold : mesh.folds()) {
     json.begin_object().member("limit_cell", fold.limit_cell()).member("control_cell", fold.control_cell());
+    if (numbers != nullptr) json.member("file_cell", file_cell(*numbers, fold.control_cell()));
     json.key("position_mm");
     add_vector(fold.position_mm(), json);
     json.member("determinant", fold.determinant()).end_object();
@@ -105,10 +107,14 @@ void add_folds(const v1::MeshSummary& mesh, JsonWriter& json) {
   json.end_array();
 }
 
-void add_warning(const v1::PlanWarning& warning, JsonWriter& json) {
+void add_warning(const v1::PlanWarning& warning, const FileNumbers* numbers, JsonWriter& json) {
   json.begin_object().member("kind", name_of(warning.kind())).member("message", warning.message());
   json.key("control_cells").begin_array();
   for (const std::uint32_t cell : warning.control_cells()) json.value(cell);
+  if (numbers != nullptr) {
+    json.end_array().key("file_cells").begin_array();
+    for (const std::uint32_t cell : warning.control_cells()) json.value(file_cell(*numbers, cell));
+  }
   json.end_array().key("places_mm").begin_array();
   for (const v1::Vector3& place : warning.places_mm()) add_vector(place, json);
   json.end_array().end_object();
@@ -240,11 +246,13 @@ void add_json(const v1::CellRegion& region, JsonWriter& json) {
   json.end_object();
 }
 
-void add_json(const v1::LimitDeviation& deviation, JsonWriter& json) {
+void add_json(const v1::LimitDeviation& deviation, JsonWriter& json, const FileNumbers* numbers) {
   json.begin_object().member("control_volume_mm3", deviation.control_volume_mm3());
   json.member("limit_volume_mm3", deviation.limit_volume_mm3()).key("control_box");
   add_json(deviation.control_box(), json);
-  json.member("farthest_vertex", deviation.farthest_vertex()).key("farthest_vertex_mm");
+  json.member("farthest_vertex", deviation.farthest_vertex());
+  if (numbers != nullptr) json.member("farthest_file_vertex", file_vertex(*numbers, deviation.farthest_vertex()));
+  json.key("farthest_vertex_mm");
   add_vector(deviation.farthest_vertex_mm(), json);
   json.key("farthest_limit_mm");
   add_vector(deviation.farthest_limit_mm(), json);
@@ -261,7 +269,7 @@ void add_json(const v1::LimitDeviation& deviation, JsonWriter& json) {
   json.end_object();
 }
 
-void add_json(const v1::MeshSummary& mesh, JsonWriter& json) {
+void add_json(const v1::MeshSummary& mesh, JsonWriter& json, const FileNumbers* numbers) {
   json.begin_object().member("mesh_id", mesh.mesh_id()).member("size_bytes", mesh.size_bytes());
   json.member("memory_bytes", mesh.memory_bytes()).member("control_vertices", mesh.control_vertices());
   json.member("control_cells", mesh.control_cells()).member("limit_cells", mesh.limit_cells());
@@ -273,7 +281,7 @@ void add_json(const v1::MeshSummary& mesh, JsonWriter& json) {
   add_json(mesh.bounding_box(), json);
   if (mesh.has_deviation()) {
     json.key("deviation");
-    add_json(mesh.deviation(), json);
+    add_json(mesh.deviation(), json, numbers);
   }
   json.key("channels").begin_array();
   for (const v1::Channel& channel : mesh.channels()) {
@@ -284,7 +292,7 @@ void add_json(const v1::MeshSummary& mesh, JsonWriter& json) {
   for (const v1::CellRegion& region : mesh.cell_regions()) add_json(region, json);
   json.end_array().member("inverted_control_cell_count", mesh.inverted_control_cell_count());
   json.member("folding_cells", mesh.folding_cells()).member("undecided_cells", mesh.undecided_cells());
-  add_folds(mesh, json);
+  add_folds(mesh, numbers, json);
   json.member("preparation_ms", 1e3 * seconds_of(mesh.preparation_time()));
   json.member("engine_version", mesh.engine_version()).end_object();
 }
@@ -310,7 +318,8 @@ void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json) {
   json.end_array().end_object();
 }
 
-void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json) {
+void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json, const FileNumbers* numbers,
+              std::span<const std::string> notes) {
   json.begin_object().key("grid");
   add_json(plan.grid(), json);
   json.key("region");
@@ -323,11 +332,17 @@ void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json) {
   json.member("raw_bytes", plan.raw_bytes()).member("estimated_bytes", plan.estimated_bytes());
   if (plan.has_deviation()) {
     json.key("deviation");
-    add_json(plan.deviation(), json);
+    add_json(plan.deviation(), json, numbers);
   }
   json.member("engine_version", plan.engine_version()).key("warnings").begin_array();
-  for (const v1::PlanWarning& warning : plan.warnings()) add_warning(warning, json);
-  json.end_array().end_object();
+  for (const v1::PlanWarning& warning : plan.warnings()) add_warning(warning, numbers, json);
+  json.end_array();
+  if (numbers != nullptr) {
+    json.key("notes").begin_array();
+    for (const std::string& note : notes) json.value(note);
+    json.end_array();
+  }
+  json.end_object();
 }
 
 }  // namespace ccslice::cli

@@ -8,6 +8,7 @@
 #include <google/protobuf/struct.pb.h>
 
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "ccslice/v1/info.pb.h"
@@ -15,6 +16,7 @@
 #include "client/cli/job_journal.h"
 #include "client/cli/json.h"
 #include "client/client.h"
+#include "core/mesh/mesh_file.h"
 
 namespace ccslice::cli {
 
@@ -38,11 +40,14 @@ void add_json(const v1::VoxelRegion& region, JsonWriter& json);
 void add_json(const v1::PrinterProfile& printer, JsonWriter& json);
 void add_json(const v1::PictureLayout& layout, JsonWriter& json);
 void add_json(const v1::Box3& box, JsonWriter& json);
-void add_json(const v1::LimitDeviation& deviation, JsonWriter& json);
+/// `numbers`, here and below: those of the file that the mesh came from stand beside ids. Null: nobody knows them.
+void add_json(const v1::LimitDeviation& deviation, JsonWriter& json, const FileNumbers* numbers = nullptr);
 void add_json(const v1::CellRegion& region, JsonWriter& json);
-void add_json(const v1::MeshSummary& mesh, JsonWriter& json);
+void add_json(const v1::MeshSummary& mesh, JsonWriter& json, const FileNumbers* numbers = nullptr);
 void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json);
-void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json);
+/// `notes`: what was said of the file.
+void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json, const FileNumbers* numbers = nullptr,
+              std::span<const std::string> notes = {});
 
 double seconds_of(const google::protobuf::Duration& duration);
 

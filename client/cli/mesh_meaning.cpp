@@ -101,9 +101,11 @@ void take_as(bool as_meshed, ControlMesh& mesh, std::vector<std::string>& notes)
 std::optional<FittedMesh> fit_part(const MeaningOptions& options, const Vec3& scale, ControlMesh& mesh, bool quiet,
                                    std::vector<std::string>& notes) {
   ControlMesh sharpened = mesh;
-  validate(sharpened);
   std::vector<std::string> own_notes;
-  sharpen({.angle_deg = kPartAngleDeg, .reentrant = true, .file = {}}, ControlMesh(sharpened), sharpened, own_notes);
+  take_as(false, sharpened, own_notes);
+  validate(sharpened);
+  sharpen_by_angle({.angle_deg = kPartAngleDeg, .reentrant = true, .file = {}}, ControlMesh(sharpened), sharpened,
+                   own_notes);
   std::string fault;
   for (const FittedVertices vertices : {FittedVertices::kAll, FittedVertices::kBoundary}) {
     try {

@@ -38,8 +38,8 @@ std::optional<FittedVertices> parse_meaning(const MeaningOptions& options);
 /// Has `mesh` taken as meshed, or as a control mesh, which has no mid-nodes: then a note says how many are left out.
 void take_as(bool as_meshed, ControlMesh& mesh, std::vector<std::string>& notes);
 
-/// Sharpens and fits a mesh of a part. Nothing if that doesn't give the part: then it is to be taken as meshed, and the
-/// notes say why. Throws what reading sharp features does. REQUIRES: a mesh that validate() takes, not fitted.
+/// Sharpens and fits a mesh of a part, which comes as meshed. Nothing if that doesn't give the part: then it stays so,
+/// and the notes say why. REQUIRES: a mesh that validate() takes.
 std::optional<FittedMesh> fit_part(const MeaningOptions& options, const Vec3& scale, ControlMesh& mesh, bool quiet,
                                    std::vector<std::string>& notes);
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -26,6 +27,7 @@
 #include "core/mesh/cell_regions.h"
 #include "core/mesh/grade.h"
 #include "core/mesh/mesh_file.h"
+#include "core/mesh/renumber_text.h"
 
 namespace ccslice::cli {
 namespace {
@@ -62,9 +64,8 @@ std::vector<CellMeans> parse_cell_data(const MeshOptions& options) {
   return all;
 }
 
-/// Makes cell regions and channels as they are asked for, and says which numbers of cells are left out.
+/// Makes channels as they are asked for, and says which numbers of cells are left out.
 void take_cell_numbers(const std::string& regions_from, const std::vector<CellMeans>& averaged, MeshFile& file) {
-  if (!regions_from.empty()) make_cell_regions(regions_from, file);
   for (const CellMeans& means : averaged) average_cell_numbers(means.name, means.over, file);
   if (regions_from.empty() && !file.cell_sets.empty()) {
     file.warnings.push_back("sets of cells left out: " + echoed_names(file.cell_sets, '\'') +
@@ -89,6 +90,18 @@ MeshFile read_any(const std::string& bytes, const std::string& path) {
   return {from_proto(parse_ccmesh(bytes)), {}};
 }
 
+/// Runs `action` on the mesh; its errors speak of vertices and cells in the file's numbers.
+template <typename Action>
+auto in_file_numbers(const FileNumbers& numbers, const ControlMesh& mesh, const Action& action) {
+  try {
+    return action();
+  } catch (const Error& error) {
+    if (error.ids().empty()) throw;
+    throw Error(error.code(), renumber_text(error.what(), numbers, {error.ids(), error.ids()}, &mesh), error.field(),
+                error.ids());
+  }
+}
+
 /// What the options say, read before the file is.
 struct Changes {
   std::vector<Grade> grades;
@@ -107,6 +120,7 @@ Changes parse_changes(const MeshOptions& options) {
   changes.sizing = parse_sizing(options.size);
   changes.fit = parse_meaning(options.meaning);
   changes.averaged = parse_cell_data(options);
+  check_merge_options(options.merge);
   return changes;
 }
 
@@ -141,11 +155,7 @@ std::optional<FittedMesh> fit(const MeshOptions& options, const Changes& changes
   if (fits && mesh.vertex_count() >= kManyVertices && !quiet) {
     print_note("fitting control points to " + show_count(mesh.vertex_count()) + " vertices");
   }
-  if (options.meaning.part) {
-    auto fitted = fit_part(options.meaning, options.scale, mesh, quiet, loaded.warnings);
-    take_as(!fitted, mesh, loaded.warnings);
-    return fitted;
-  }
+  if (options.meaning.part) return fit_part(options.meaning, options.scale, mesh, quiet, loaded.warnings);
   if (changes.fit) {
     FittedMesh fitted(mesh, *changes.fit, quiet);
     refuse_rounded_edges(options.meaning, fitted);
@@ -172,14 +182,30 @@ void add_grades(const std::vector<Grade>& grades, const Vec3& scale, const Vec3&
   if (!unscaled.empty()) mesh.positions = std::move(unscaled);
 }
 
-/// Sharpens, fits, sizes and grades the mesh, which must be valid before and is checked again afterwards. Grades come
-/// last, as their lengths are those of the result.
-void change(const MeshOptions& options, const Changes& changes, bool quiet, LoadedMesh& loaded) {
+/// Lists of vertices count those that the file has, so what they say is done before points are joined. Fitted control
+/// points have no values of their own: those of a list are for the vertices that they were fitted to.
+void take_lists(const MeshOptions& options, const Changes& changes, MeshFile& file) {
+  if (file.mesh.interpolating) return;
+  sharpen_listed(options.meaning.sharp, file.mesh);
+  for (const Grade& grade : changes.grades) {
+    if (grade.field == GradeField::kFile) apply_grade(grade, file.mesh);
+  }
+}
+
+std::vector<Grade> grades_left(const Changes& changes, const ControlMesh& mesh) {
+  std::vector<Grade> left = changes.grades;
+  if (!mesh.interpolating) std::erase_if(left, [](const Grade& grade) { return grade.field == GradeField::kFile; });
+  return left;
+}
+
+/// Sharpens, fits, sizes and grades the mesh, which is checked again afterwards. `checked`: the same mesh as validate()
+/// left it. Grades come last, as their lengths are those of the result.
+void change(const MeshOptions& options, const Changes& changes, bool quiet, const NearOrigin& near,
+            const ControlMesh& checked, LoadedMesh& loaded) {
+  const std::size_t notes_before = loaded.warnings.size();
+  const std::vector<Grade> grades = grades_left(changes, loaded.mesh);
   if (loaded.mesh.interpolating) refuse_second_fit(options);
-  const NearOrigin near = bring_near(changes.sizing, loaded.mesh);
-  ControlMesh checked = loaded.mesh;
-  validate(checked);
-  sharpen(options.meaning.sharp, checked, loaded.mesh, loaded.warnings);
+  sharpen_by_angle(options.meaning.sharp, checked, loaded.mesh, loaded.warnings);
   std::optional<FittedMesh> pair = fit(options, changes, loaded, quiet);
   ControlMesh& meant = pair ? pair->meant() : loaded.mesh;
   PlaceOfMesh place;
@@ -188,9 +214,10 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, Load
                        loaded.warnings);
     pair ? pair->place(place.similarity) : place.similarity.apply(loaded.mesh);
   }
-  add_grades(changes.grades, options.scale, place.unmirrored, meant, loaded.warnings);
+  add_grades(grades, options.scale, place.unmirrored, meant, loaded.warnings);
   if (pair) loaded.mesh = pair->finish(options.scale, loaded.warnings);
   check_channel_names(loaded.mesh);
+  for (std::string& note : std::span(loaded.warnings).subspan(notes_before)) note = renumber_text(note, loaded.numbers);
 }
 
 /// The option that helps, if one does.
@@ -209,31 +236,77 @@ void refuse_broken_id(const std::string& mesh) {
               mesh + " is no file, and no mesh's id: those have 64 hexadecimal digits in lower case behind sha256:");
 }
 
+bool changes_mesh(const MeshOptions& options, const Changes& changes) {
+  return !changes.grades.empty() || options.meaning.any() || changes.sizing.changes() ||
+         !options.regions_from.empty() || !changes.averaged.empty();
+}
+
+/// Makes of a file's points and its numbers of cells what the options say. Says whether points were joined.
+bool merge_and_mark(const MeshOptions& options, const Changes& changes, bool is_contract, MeshFile& file) {
+  check_channel_names(file.mesh);
+  file.mesh.allow_folds = file.mesh.allow_folds || options.allow_folds;
+  apply_units(changes.sizing, file.mesh);
+  // A .ccmesh says itself how it is taken, and a part may turn out to be taken as meshed.
+  if (!file.mesh.as_meshed) take_as(options.meaning.as_meshed || options.meaning.part, file.mesh, file.warnings);
+  if (!options.regions_from.empty()) make_cell_regions(options.regions_from, file);
+  take_lists(options, changes, file);
+  const bool joined = merge_points(options.merge, is_contract, file);
+  take_cell_numbers(options.regions_from, changes.averaged, file);
+  return joined;
+}
+
+/// Checks the mesh, splits it where it touches itself, and changes it as the options say. Says whether it was split.
+bool check_and_change(const MeshOptions& options, const Changes& changes, bool quiet, LoadedMesh& loaded) {
+  const NearOrigin near = bring_near(changes.sizing, loaded.mesh);
+  ControlMesh checked = loaded.mesh;
+  bool was_split = false;
+  ConnectedMesh connected =
+      validate_split(options.merge, checked, loaded.mesh, loaded.numbers, loaded.warnings, was_split);
+  if (changes_mesh(options, changes)) {
+    change(options, changes, quiet, near, checked, loaded);
+    checked = loaded.mesh;
+    connected = validate_and_connect(checked, {}, {});
+  }
+  if (has_several_regions(checked)) (void)split_cell_regions(checked, connected.complex);  // It may refuse them.
+  loaded.report = std::move(connected.report);
+  return was_split;
+}
+
+/// Cells that lie in each other, say, are a fault of the mesh only once their points are joined.
+template <typename Action>
+bool after_merging(bool joined, const Action& action) {
+  try {
+    return action();
+  } catch (const Error& error) {
+    const bool by_topology = error.code() == ErrorCode::kMeshNonManifoldFace ||
+                             error.code() == ErrorCode::kMeshSharedFaces ||
+                             error.code() == ErrorCode::kMeshValenceTooHigh;
+    if (!joined || !by_topology) throw;
+    throw Error(error.code(), error.what() + std::string(" (points in one place were joined: --no-merge)"),
+                error.field(), error.ids());
+  }
+}
+
 LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) {
   refuse_broken_id(options.mesh);
   std::string bytes = read_file_bytes(options.mesh, kMaxFileBytes);
-  const bool ccmesh = mesh_file_kind(bytes) == MeshFileKind::kUnknown && !is_json(bytes);
+  const bool contract = mesh_file_kind(bytes) == MeshFileKind::kUnknown;
   MeshFile file = read_any(bytes, options.mesh);
+  const bool allows_folds = file.mesh.allow_folds;
+  const bool joined =
+      in_file_numbers(file.numbers, file.mesh, [&] { return merge_and_mark(options, changes, contract, file); });
   LoadedMesh loaded;
-  take_cell_numbers(options.regions_from, changes.averaged, file);
   loaded.mesh = std::move(file.mesh);
+  loaded.numbers = std::move(file.numbers);
   loaded.warnings = std::move(file.warnings);
-  // A .ccmesh that is taken as it is keeps its bytes, and so its id.
-  const bool allow_folds = loaded.mesh.allow_folds || options.allow_folds;
-  apply_units(changes.sizing, loaded.mesh);
-  const bool is_meshed = loaded.mesh.as_meshed;  // A .ccmesh says so itself.
-  if (!is_meshed && !options.meaning.part) take_as(options.meaning.as_meshed, loaded.mesh, loaded.warnings);
-  const bool changed = !changes.grades.empty() || changes.sizing.changes() || options.meaning.any() ||
-                       !options.regions_from.empty() || !changes.averaged.empty();
-  const bool as_it_is = ccmesh && !changed && loaded.mesh.allow_folds == allow_folds;
-  loaded.mesh.allow_folds = allow_folds;
-  check_channel_names(loaded.mesh);
-  if (changed) change(options, changes, quiet, loaded);
-  ControlMesh checked = loaded.mesh;
-  ConnectedMesh connected = validate_and_connect(checked, {}, {});
-  if (has_several_regions(checked)) (void)split_cell_regions(checked, connected.complex);  // It may refuse them.
-  loaded.report = std::move(connected.report);
+  const bool was_split = in_file_numbers(loaded.numbers, loaded.mesh, [&] {
+    return after_merging(joined, [&] { return check_and_change(options, changes, quiet, loaded); });
+  });
+  loaded.parts = count_parts(loaded.mesh);
   warn_of_size(options.size, options.scale, loaded.mesh, loaded.warnings);
+  // A .ccmesh that is taken as it is keeps its bytes, and so its id.
+  const bool as_it_is = contract && !is_json(bytes) && !changes_mesh(options, changes) && !joined && !was_split &&
+                        loaded.mesh.allow_folds == allows_folds;
   loaded.bytes = std::make_shared<const client::MeshBytes>(
       as_it_is ? client::MeshBytes::from_serialized(std::move(bytes)) : client::MeshBytes(to_proto(loaded.mesh)));
   return loaded;
@@ -252,7 +325,7 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
           "--grade", options.grades,
           "Add a material channel: NAME=x|y|z[:A..B] along an axis, NAME=radial[:x|y|z][:A..B][:@X,Y,Z] away from "
           "an axis or a point, NAME=distance[:A..B][:DEPTH] from the boundary inwards, NAME=file:PATH one value for "
-          "each vertex. Lengths are mm of the printed size. May be repeated")
+          "each vertex that cells use, as the file lists them. Lengths are mm of the printed size. May be repeated")
       ->allow_extra_args(false)
       ->group("Mesh");
   command
@@ -274,6 +347,7 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
       ->allow_extra_args(false)
       ->group("Mesh");
   add_size_options(command, options.size);
+  add_merge_options(command, options.merge);
   add_meaning_options(command, options.meaning);
   command
       .add_flag("--allow-folds", options.allow_folds, "Accept inverted cells with a warning instead of refusing them")
@@ -304,16 +378,17 @@ void add_notes(const LoadedMesh& mesh, JsonWriter& json) {
 bool names_mesh_id(const MeshOptions& options) {
   if (!client::is_mesh_id(options.mesh)) return false;
   if (!options.grades.empty() || options.meaning.any() || options.size.any() || options.allow_folds ||
-      !options.regions_from.empty() || !options.cell_data.empty()) {
+      !options.regions_from.empty() || !options.cell_data.empty() || options.merge.any()) {
     throw UsageError(
-        "--units, --size, --center, --on-bed, --grade, --as-meshed, --part, --sharp-..., --interpolate, --smooth, "
-        "--regions-from, --cell-data and --allow-folds change a mesh file; " +
+        "--units, --size, --center, --on-bed, --grade, --merge-points, --no-merge, --no-split, --as-meshed, --part, "
+        "--sharp-..., --interpolate, --smooth, --regions-from, --cell-data and --allow-folds change a mesh file; " +
         options.mesh + " is on the server already");
   }
   return true;
 }
 
 client::UploadOutcome upload(Session& session, const LoadedMesh& mesh) {
+  session.set_file(mesh.numbers, mesh.warnings);
   print_notes(session, mesh);
   client::Client& client = session.client();
   PreparationDisplay preparing(session.quiet());

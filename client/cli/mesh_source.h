@@ -3,6 +3,8 @@
 //
 // Where a command's mesh comes from: a file (Gmsh, Abaqus, Exodus, MEDIT, VTK, OpenVolumeMesh, .ccmesh, JSON),
 // sharpened, fitted, sized and graded on the way, or the id of a mesh that the server holds.
+//
+// What is said of a file's vertices and cells, here or by the server, is said in the file's own numbers.
 
 #pragma once
 
@@ -12,12 +14,15 @@
 #include <vector>
 
 #include "client/cli/json.h"
+#include "client/cli/merging.h"
 #include "client/cli/mesh_meaning.h"
 #include "client/cli/placement.h"
 #include "client/cli/session.h"
 #include "client/cli/sizing.h"
 #include "client/mesh_bytes.h"
+#include "core/mesh/connected_parts.h"
 #include "core/mesh/control_mesh.h"
+#include "core/mesh/mesh_file.h"
 #include "core/mesh/validate.h"
 
 namespace ccslice::cli {
@@ -27,6 +32,7 @@ struct MeshOptions {
   std::vector<std::string> grades = {};
   SizeOptions size = {};
   MeaningOptions meaning = {};
+  MergeOptions merge = {};
   bool allow_folds = false;
   std::string regions_from = {};            // Numbers or sets of cells in the file.
   std::vector<std::string> cell_data = {};  // NAME=average.
@@ -37,7 +43,9 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required = t
 
 struct LoadedMesh {
   ControlMesh mesh;
+  FileNumbers numbers;
   MeshReport report;
+  ConnectedParts parts;
   std::vector<std::string> warnings;
   std::shared_ptr<const client::MeshBytes> bytes;
 };

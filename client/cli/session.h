@@ -10,9 +10,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "client/cli/private_server.h"
 #include "client/client.h"
+#include "core/mesh/mesh_file.h"
 
 namespace ccslice::cli {
 
@@ -48,6 +51,15 @@ class Session {
   bool server_is_private();
   const client::CallOptions& call() const { return call_; }
   const v1::GetServerInfoResponse& server_info();
+  /// What the file of the command's mesh calls its vertices and cells, for what the server says of them. None if the
+  /// mesh was named by its id.
+  const std::optional<FileNumbers>& file_numbers() const { return file_numbers_; }
+  /// What was said of the file.
+  const std::vector<std::string>& file_notes() const { return file_notes_; }
+  void set_file(FileNumbers numbers, std::vector<std::string> notes) {
+    file_numbers_ = std::move(numbers);
+    file_notes_ = std::move(notes);
+  }
 
  private:
   void connect();
@@ -60,6 +72,8 @@ class Session {
   std::unique_ptr<PrivateServer> private_server_;
   std::unique_ptr<client::Client> client_;
   v1::GetServerInfoResponse server_info_;
+  std::optional<FileNumbers> file_numbers_;
+  std::vector<std::string> file_notes_;
 };
 
 }  // namespace ccslice::cli

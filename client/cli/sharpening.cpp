@@ -66,15 +66,18 @@ void add_sharp_options(CLI::App& command, SharpOptions& options) {
       ->group("Mesh");
   command
       .add_option("--sharp-file", options.file,
-                  "Keep the edges and corners of this list sharp: two vertex ids on a line for an edge, one for a "
-                  "corner, counted from 0")
+                  "Keep the edges and corners of this list sharp: two vertices on a line for an edge, one for a "
+                  "corner, counted from 0 as the file lists those that cells use")
       ->group("Mesh");
 }
 
-void sharpen(const SharpOptions& options, const ControlMesh& checked, ControlMesh& mesh,
-             std::vector<std::string>& notes) {
-  if (options.angle_deg) add_sharp_features(by_angle(options, checked, notes), mesh);
+void sharpen_listed(const SharpOptions& options, ControlMesh& mesh) {
   if (!options.file.empty()) add_sharp_features(from_file(options.file), mesh);
+}
+
+void sharpen_by_angle(const SharpOptions& options, const ControlMesh& checked, ControlMesh& mesh,
+                      std::vector<std::string>& notes) {
+  if (options.angle_deg) add_sharp_features(by_angle(options, checked, notes), mesh);
 }
 
 }  // namespace ccslice::cli

@@ -24,10 +24,13 @@ struct SharpOptions {
 
 void add_sharp_options(CLI::App& command, SharpOptions& options);
 
-/// Tags `mesh` as the options say, and adds sentences on what was tagged, and may fold, to `notes`. `checked` is the
-/// same mesh as validate() left it. Throws UsageError, and Error{kFileUnreadable, kFileSyntax} for a file of sharp
-/// features.
-void sharpen(const SharpOptions& options, const ControlMesh& checked, ControlMesh& mesh,
-             std::vector<std::string>& notes);
+/// Tags what the list of sharp features names, by the vertices that the file has: so before points are joined. Throws
+/// Error{kFileUnreadable, kFileSyntax}.
+void sharpen_listed(const SharpOptions& options, ControlMesh& mesh);
+
+/// Tags the rest of `mesh` as the options say, and adds sentences on what was tagged, and may fold, to `notes`.
+/// `checked` is the same mesh as validate() left it. Throws UsageError.
+void sharpen_by_angle(const SharpOptions& options, const ControlMesh& checked, ControlMesh& mesh,
+                      std::vector<std::string>& notes);
 
 }  // namespace ccslice::cli

@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/numbering.h"
+
+#include <gmock/gmock.h>
+#include <grpcpp/support/status.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <limits>
+#include <string>
+
+#include "client/cli/json.h"
+#include "client/cli/manifest.h"
+#include "google/rpc/error_details.pb.h"
+#include "google/rpc/status.pb.h"
+
+namespace ccslice::cli {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+/// Elements 501, 502, ... and nodes 1000, 1001, ...; the last element has the largest number that there is.
+FileNumbers abaqus() {
+  FileNumbers numbers{"node", "element", {}, {}};
+  for (std::uint64_t i = 0; i < 20; ++i) {
+    numbers.vertices.push_back(1000 + i);
+    numbers.cells.push_back(501 + i);
+  }
+  numbers.cells.back() = std::numeric_limits<std::uint64_t>::max();
+  return numbers;
+}
+
+client::ClientError refusal(const std::string& message, const std::string& ids) {
+  google::rpc::ErrorInfo info;
+  info.set_reason("MESH_INVERTED_CELL");
+  if (!ids.empty()) (*info.mutable_metadata())["ids"] = ids;
+  google::rpc::Status details;
+  details.add_details()->PackFrom(info);
+  return client::ClientError(grpc::Status(grpc::StatusCode::INVALID_ARGUMENT, message, details.SerializeAsString()));
+}
+
+v1::PlanWarning& add_warning(v1::PlanSlicesResponse& plan, v1::PlanWarningKind kind, const std::string& message) {
+  v1::PlanWarning& warning = *plan.add_warnings();
+  warning.set_kind(kind);
+  warning.set_message(message);
+  return warning;
+}
+
+TEST(Numbering, TranslatesTheServersRefusals) {
+  const client::ClientError told = renumbered(refusal("inside out: cells 0, 3: untangle them", "0,3"), abaqus());
+  EXPECT_STREQ(told.what(), "inside out: elements 501, 504: untangle them");
+  EXPECT_EQ(told.reason(), "MESH_INVERTED_CELL");
+  EXPECT_EQ(told.code(), grpc::StatusCode::INVALID_ARGUMENT);
+  for (const char* ids : {"", "x", "99999999999999999999", "5"}) {
+    EXPECT_STREQ(renumbered(refusal("cells 0, 3", ids), abaqus()).what(), "cells 0, 3") << ids;
+  }
+}
+
+TEST(Numbering, TranslatesThePlansWarnings) {
+  v1::PlanSlicesResponse plan;
+  v1::PlanWarning& folds = add_warning(plan, v1::PLAN_WARNING_KIND_FOLDS,
+                                       "folds in 7 limit cells, one of them in control cell 2 near (1, 2, 3) mm");
+  folds.add_control_cells(2);
+  v1::PlanWarning& inverted =
+      add_warning(plan, v1::PLAN_WARNING_KIND_INVERTED_CELLS, "2 control cells are inverted; repair the mesh");
+  inverted.add_control_cells(0);
+  inverted.add_control_cells(19);
+  add_warning(plan, v1::PLAN_WARNING_KIND_DEVIATION, "boundary vertex 5 is 0.1 mm from its limit point");
+  add_warning(plan, v1::PLAN_WARNING_KIND_MIRRORED, "vertex 5 is no finding of this kind");
+  const v1::PlanSlicesResponse told = renumbered(plan, abaqus());
+  EXPECT_EQ(told.warnings(0).message(), "folds in 7 limit cells, one of them in element 503 near (1, 2, 3) mm");
+  EXPECT_EQ(told.warnings(1).message(),
+            "2 control cells are inverted; repair the mesh (elements 501, 18446744073709551615)");
+  EXPECT_EQ(told.warnings(2).message(), "boundary node 1005 is 0.1 mm from its limit point");
+  EXPECT_EQ(told.warnings(3).message(), "vertex 5 is no finding of this kind");
+  const std::string text = describe(plan, abaqus());
+  EXPECT_THAT(text, AllOf(HasSubstr("in element 503 near"), HasSubstr("(elements 501, 18446744073709551615)"),
+                          HasSubstr("boundary node 1005 is")));
+  JsonWriter json;
+  const FileNumbers numbers = abaqus();
+  add_json(told, json, &numbers);
+  EXPECT_THAT(json.text(), AllOf(HasSubstr("\"control_cells\":[0,19],\"file_cells\":[501,18446744073709551615]"),
+                                 HasSubstr("in element 503 near")));
+  JsonWriter plain;
+  add_json(plan, plain);
+  EXPECT_THAT(plain.text(), Not(HasSubstr("file_cells")));
+}
+
+TEST(Numbering, TranslatesWhatIsSaidOfMeshes) {
+  v1::MeshSummary mesh;
+  mesh.add_folds()->set_control_cell(4);
+  v1::LimitDeviation& deviation = *mesh.mutable_deviation();
+  deviation.set_farthest_vertex(7);
+  deviation.set_farthest_distance_mm(1);
+  mesh.add_cell_regions()->set_name("cell 3");
+  const std::string text = describe(mesh, abaqus());
+  EXPECT_THAT(text, AllOf(HasSubstr("folds      element 505 at"), HasSubstr("boundary node 1007 from"),
+                          HasSubstr("region     cell 3:")));
+  EXPECT_THAT(describe(deviation, abaqus()), HasSubstr("boundary node 1007 from"));
+  JsonWriter json;
+  const FileNumbers numbers = abaqus();
+  add_json(mesh, json, &numbers);
+  EXPECT_THAT(json.text(), AllOf(HasSubstr("\"control_cell\":4,\"file_cell\":505"),
+                                 HasSubstr("\"farthest_vertex\":7,\"farthest_file_vertex\":1007")));
+}
+
+}  // namespace
+}  // namespace ccslice::cli
