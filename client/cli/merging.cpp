@@ -9,7 +9,6 @@
 #include "client/cli/text_values.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
-#include "core/mesh/check_arrays.h"
 #include "core/mesh/join_points.h"
 #include "core/mesh/renumber_text.h"
 #include "core/mesh/split_touching.h"
@@ -111,7 +110,6 @@ bool merge_points(const MergeOptions& options, bool is_contract, MeshFile& file)
   JoinReport report;
   const bool asked = !options.merge_points.empty();
   if (!options.no_merge && (asked || !is_contract)) {
-    if (is_contract) check_arrays(file.mesh, {}, {});
     const double distance_mm = asked ? parse_number("--merge-points", options.merge_points) : same_place_mm(file.mesh);
     try {
       report = join_points(distance_mm, file.mesh, file.numbers);

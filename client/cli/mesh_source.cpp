@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -25,6 +26,7 @@
 #include "core/mesh/cell_averages.h"
 #include "core/mesh/cell_numbers.h"
 #include "core/mesh/cell_regions.h"
+#include "core/mesh/check_arrays.h"
 #include "core/mesh/grade.h"
 #include "core/mesh/mesh_file.h"
 #include "core/mesh/renumber_text.h"
@@ -198,6 +200,24 @@ std::vector<Grade> grades_left(const Changes& changes, const ControlMesh& mesh) 
   return left;
 }
 
+/// Channels of grades come after all others, in the order of the options.
+void order_channels(const std::vector<Grade>& grades, ControlMesh& mesh) {
+  const std::size_t channels = mesh.channel_count();
+  std::vector<std::size_t> order(channels);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t channel) {
+    const auto grade = std::ranges::find(grades, mesh.channel_names[channel], &Grade::channel);
+    return grade == grades.end() ? 0 : 1 + (grade - grades.begin());
+  });
+  if (std::ranges::is_sorted(order)) return;
+  const std::vector<std::string> names = mesh.channel_names;
+  for (std::size_t c = 0; c < channels; ++c) mesh.channel_names[c] = names[order[c]];
+  for (std::vector<float>* values : {&mesh.channel_values, &mesh.region_values, &mesh.mid_nodes.values}) {
+    const std::vector<float> before = *values;
+    for (std::size_t i = 0; i < before.size(); ++i) (*values)[i] = before[i - i % channels + order[i % channels]];
+  }
+}
+
 /// Sharpens, fits, sizes and grades the mesh, which is checked again afterwards. `checked`: the same mesh as validate()
 /// left it. Grades come last, as their lengths are those of the result.
 void change(const MeshOptions& options, const Changes& changes, bool quiet, const NearOrigin& near,
@@ -216,6 +236,7 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, cons
   }
   add_grades(grades, options.scale, place.unmirrored, meant, loaded.warnings);
   if (pair) loaded.mesh = pair->finish(options.scale, loaded.warnings);
+  order_channels(changes.grades, loaded.mesh);
   check_channel_names(loaded.mesh);
   for (std::string& note : std::span(loaded.warnings).subspan(notes_before)) note = renumber_text(note, loaded.numbers);
 }
@@ -248,6 +269,7 @@ bool merge_and_mark(const MeshOptions& options, const Changes& changes, bool is_
   apply_units(changes.sizing, file.mesh);
   // A .ccmesh says itself how it is taken, and a part may turn out to be taken as meshed.
   if (!file.mesh.as_meshed) take_as(options.meaning.as_meshed || options.meaning.part, file.mesh, file.warnings);
+  if (is_contract) check_arrays(file.mesh, {}, {});  // Readers check what they read.
   if (!options.regions_from.empty()) make_cell_regions(options.regions_from, file);
   take_lists(options, changes, file);
   const bool joined = merge_points(options.merge, is_contract, file);

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "core/base/echo.h"
 #include "core/base/engine_version.h"
@@ -13,6 +16,7 @@
 #include "core/inversion/thin_features.h"
 #include "core/job/validate_job.h"
 #include "core/limit/deviation.h"
+#include "core/limit/limit_evaluator.h"
 #include "core/output/encode.h"
 #include "core/output/encodings.h"
 #include "core/printing/values_off_map.h"
@@ -68,6 +72,30 @@ std::string place_text(const Vec3& place, int digits) {
          number_text(place.z(), digits) + ") mm";
 }
 
+/// The listed cells, and the middle of the limit of each, where it is found at once.
+void warn_of_inverted_cells(const SliceJob& job, const LimitSolid& solid, v1::PlanSlicesResponse& plan) {
+  constexpr int kDigits = 4;
+  const std::vector<std::uint32_t>& inverted = solid.summary().inverted_control_cells;
+  if (inverted.empty()) return;
+  v1::PlanWarning& warning = add_warning(plan, v1::PLAN_WARNING_KIND_INVERTED_CELLS, "");
+  const auto listed = std::span(inverted).first(std::min(inverted.size(), kMaxListedItems));
+  LimitEvaluator evaluator(solid);
+  std::string where;
+  std::size_t next = 0;  // Limit cells are in the order of their control cells, as the listed ones are.
+  for (const LimitCellId cell : solid.cells()) {
+    while (next < listed.size() && listed[next] < solid.control_cell(cell)) ++next;
+    if (next == listed.size()) break;
+    if (listed[next] != solid.control_cell(cell)) continue;
+    const Vec3 place = job.placement * evaluator.geo({cell, Vec3::Constant(0.5)});
+    if (where.empty()) where = ", the first near " + place_text(place, kDigits);
+    *warning.add_places_mm() = to_message(place);
+    ++next;
+  }
+  for (const std::uint32_t cell : listed) warning.add_control_cells(cell);
+  warning.set_message(std::to_string(inverted.size()) + " control cells are inverted" + where +
+                      "; repair the mesh if that isn't meant");
+}
+
 void warn_of_solid(const SliceJob& job, const SolidSummary& solid, v1::PlanSlicesResponse& plan) {
   if (solid.folding_cells > 0) {
     constexpr int kDigits = 4;
@@ -85,13 +113,6 @@ void warn_of_solid(const SliceJob& job, const SolidSummary& solid, v1::PlanSlice
       *warning.add_places_mm() = to_message(Vec3(job.placement * fold.position));
       warning.add_control_cells(fold.control_cell);
     }
-  }
-  if (!solid.inverted_control_cells.empty()) {
-    v1::PlanWarning& warning = add_warning(plan, v1::PLAN_WARNING_KIND_INVERTED_CELLS,
-                                           std::to_string(solid.inverted_control_cells.size()) +
-                                               " control cells are inverted; repair the mesh if that isn't meant");
-    const std::size_t listed = std::min(solid.inverted_control_cells.size(), kMaxListedItems);
-    for (std::size_t i = 0; i < listed; ++i) warning.add_control_cells(solid.inverted_control_cells[i]);
   }
   if (job.placement.linear().determinant() < 0) {
     add_warning(plan, v1::PLAN_WARNING_KIND_MIRRORED,
@@ -257,6 +278,7 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
   const Deviation deviation = placed_deviation(solid, job.placement);
   *plan.mutable_deviation() = to_message(deviation);
   warn_of_solid(job, solid.summary(), plan);
+  warn_of_inverted_cells(job, solid, plan);
   warn_of_deviation(job, solid, deviation, plan);
   warn_of_grid(job, plan);
   warn_of_thin_features(job, solid, smallest_feature(request, job.grid.pitch), cancel, plan);

@@ -237,7 +237,7 @@ TEST(MeshFiles, AreSharpenedByAList) {
   EXPECT_THAT(sharp.mesh.sharp_edges, ElementsAre(std::array<std::uint32_t, 2>{0, 1}));
   EXPECT_THAT(sharp.mesh.sharp_vertices, ElementsAre(10u));
   write_file(list, "0 6\n");
-  EXPECT_THAT(error_of(options), HasSubstr("sharp edge 0-6 isn't an edge of any cell"));
+  EXPECT_THAT(error_of(options), HasSubstr("sharp edge 0-6 at (6, 6, 6) mm isn't an edge of any cell"));
   write_file(list, "0 99\n");
   EXPECT_THAT(error_of(options), HasSubstr("out of range"));
   write_file(list, "0 1\nrim\n");

@@ -108,6 +108,13 @@ TEST_F(PlanSlices, WarnsOfFoldsWithTheirPlaces) {
   EXPECT_THAT(folds.message(), testing::ContainsRegex("limit cells, one of them in control cell " +
                                                       std::to_string(folds.control_cells(0)) + " near \\([0-9.-]+, "));
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_INVERTED_CELLS));
+  for (const v1::PlanWarning& warning : response_.warnings()) {
+    if (warning.kind() != v1::PLAN_WARNING_KIND_INVERTED_CELLS) continue;
+    EXPECT_THAT(warning.message(),
+                testing::ContainsRegex("^[0-9]+ control cells are inverted, the first near \\([0-9.-]+, "));
+    EXPECT_GT(warning.control_cells_size(), 0);
+    EXPECT_EQ(warning.places_mm_size(), warning.control_cells_size());
+  }
 }
 
 TEST_F(PlanSlices, WarnsOfThinFeatures) {
