@@ -283,7 +283,8 @@ TEST_F(CommandLine, CountsVoxelsThatTheMapDoesNotTakeAsTheyAre) {
   EXPECT_GT(scaled_up, 0.9 * json_at(manifest, "voxel_count").number_value());
   EXPECT_LT(json_at(manifest, "least_fraction_sum").number_value(), 0.1);
   double sum = 0;
-  for (const auto& layer : json_at(manifest, "layers").list_value().values()) {
+  const Value layers = json_at(manifest, "layers");
+  for (const Value& layer : layers.list_value().values()) {
     sum += layer.struct_value().fields().at("voxels_scaled_up").number_value();
   }
   EXPECT_EQ(sum, scaled_up);

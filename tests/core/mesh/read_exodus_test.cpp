@@ -61,8 +61,7 @@ TEST(ReadExodus, VariablesAtElementsBecomeNumbersOfTheLastStep) {
 TEST(ReadExodus, SaysWhatIsLeftOut) {
   EXPECT_THAT(read_exodus(classic()).warnings,
               ElementsAre("variable 'partial' at elements left out: 1 cells have no value in it",
-                          "1 points, lines, faces and shells left out",
-                          "1 sets of nodes left out",
+                          "1 points, lines, faces and shells left out", "1 sets of nodes left out",
                           "1 sets of sides left out", "the last of 2 time steps taken, the others left out"));
 }
 
