@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Writes the pictures of the samples, cut open, to docs/pictures (or to the folder that is given): in a scale
-# of colours, and halftoned into three materials, as [Luu19, Fig. 8] has them. Needs
-# build/release: cmake --preset release && cmake --build --preset release --target ccsliced ccslice
+# of colours, and halftoned into three materials, as [Luu19, Fig. 8] has them; and what a mesh may mean. Needs ImageMagick
+# (deploy/install.sh test) and build/release: cmake --preset release && cmake --build --preset release --target ccsliced ccslice
 
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -46,3 +46,28 @@ picture coyote stiffness 280 160 --rotate y=-90 --rotate z=-90 --view=-60,20 --c
 picture engine hardness 240 120 --view=-60,35 --cut y=0.5
 picture grid stiffness 240 160 --view=-60,25 --cut z=0.87 --cut x=0.5
 picture ring hardness 280 140 --view=-60,35 --cut x=0.5 --cut y=0.5
+
+# What a mesh means: the same eight cells round a bore, as a control mesh, as a part, and as meshed, side by side.
+python3 - >"$scratch/bore.vtk" <<'EOF'
+import math
+angles = [math.pi / 4 * i for i in range(8)]
+inner = [(12 * math.cos(a), 12 * math.sin(a)) for a in angles]
+outer = [(20 * x / max(abs(x), abs(y)), 20 * y / max(abs(x), abs(y))) for x, y in inner]
+print("# vtk DataFile Version 3.0\na bore of eight cells\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 32 double")
+for z in (0, 10):
+    for x, y in inner + outer:
+        print(x, y, z)
+print("CELLS 8 72")
+for i in range(8):
+    ring = [i, 8 + i, 8 + (i + 1) % 8, (i + 1) % 8]
+    print(8, *ring, *(16 + v for v in ring))
+print("CELL_TYPES 8\n" + "12\n" * 8, end="")
+EOF
+meanings=()
+for meaning in "" --part --as-meshed; do
+  meanings+=("$scratch/meaning${meaning}.png")
+  # shellcheck disable=SC2086
+  build/release/client/ccslice picture "$scratch/bore.vtk" $meaning --grade radius=radial:z --channel radius \
+    --width 360 --view=-60,50 --voxels 200 --output "${meanings[-1]}" --force --quiet
+done
+convert "${meanings[@]}" +append "$out/meanings.png"

@@ -78,7 +78,7 @@ TEST_F(FittedFile, PassesThroughItsVerticesAtItsSize) {
               ElementsAre(HasSubstr("--size 60 scales by"), "--interpolate: the limit passes through every vertex",
                           AllOf(ContainsRegex("swells between the vertices by more than a tenth of an edge at [0-9]+ "
                                               "faces of the boundary, most by [0-9.]+ mm off the middle of the mesh's "
-                                              "face of vertices [0-9]+, [0-9]+, [0-9]+, [0-9]+, 0\\.[0-9]+ of an "
+                                              "face of vertices [0-9]+, [0-9]+, [0-9]+, [0-9]+, by 0\\.[0-9]+ of an "
                                               "edge, near \\("),
                                 HasSubstr("keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer "
                                           "mesh there; --interpolate=boundary swells as much"))));
