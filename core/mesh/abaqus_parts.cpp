@@ -115,6 +115,14 @@ void read_placement(AbaqusLines& lines, AbaqusInstance& instance) {
   instance.placement = Eigen::Translation3d(a) * turn * Eigen::Translation3d(-a) * instance.placement;
 }
 
+void AbaqusPart::release() {
+  nodes = {};
+  positions = {};
+  cells.corners = {};
+  cells.mid_nodes = {};
+  cells.first_mid_nodes = {};
+}
+
 void AbaqusPlacer::place(std::vector<AbaqusPart>& parts, const std::vector<AbaqusInstance>& instances) {
   for (AbaqusPart& part : parts) {
     if (const auto twin = part.nodes.sort()) {
@@ -137,6 +145,7 @@ void AbaqusPlacer::place(std::vector<AbaqusPart>& parts, const std::vector<Abaqu
       file_.warnings.push_back("part " + in_quotes(printable(parts[i].name)) + " left out: it has no instance");
     }
   }
+  for (AbaqusPart& part : parts) part.release();
   for (const auto& [type, count] : flat_) {
     file_.warnings.push_back(std::to_string(count) + " elements of type " + printable(type) +
                              " left out: their faces lie on each other, so they hold no volume; a thickness in their "

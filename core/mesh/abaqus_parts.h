@@ -47,6 +47,9 @@ struct AbaqusPart {
   std::vector<Vec3> positions;
   UnfitNumbers unfit;
   AbaqusCells cells;
+
+  /// Once it is in the mesh: keeps the cells' kinds and numbers alone.
+  void release();
 };
 
 struct AbaqusInstance {

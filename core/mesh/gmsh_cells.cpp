@@ -76,6 +76,9 @@ void GmshCells::connect(const NodeNumbers& nodes, const TextScanner& text, MeshF
     }
   }
   add_mid_nodes(nodes, text, file.second_order);
+  corners_ = {};
+  mid_nodes_ = {};
+  marks_ = {};
   file.mesh.cell_kinds = std::move(kinds_);
   file.numbers.cells = std::move(numbers_);
   if (higher_order_.empty()) return;

@@ -74,9 +74,9 @@ void GmshNodeData::read_rows(std::uint64_t count, GmshScanner& scanner, Field& f
 }
 
 /// Left out where a corner has no value. Vertices that no cell uses need none.
-void GmshNodeData::add_field(const Field& field, const NodeNumbers& nodes, const TextScanner& text,
-                             const MeshLimits& limits, MeshFile& file) {
-  const std::vector<bool> corners = used_vertices(file.mesh), used = used_nodes(file);
+void GmshNodeData::add_field(const Field& field, const Used& used_ones, const NodeNumbers& nodes,
+                             const TextScanner& text, const MeshLimits& limits, MeshFile& file) {
+  const auto& [corners, used] = used_ones;
   std::vector<std::uint32_t> row_of(used.size(), kNoRow);
   std::vector<bool> used_rows(field.tags.size(), false);
   for (std::size_t row = 0; row < field.tags.size(); ++row) {
@@ -105,7 +105,9 @@ void GmshNodeData::add_field(const Field& field, const NodeNumbers& nodes, const
 void GmshNodeData::finish(const NodeNumbers& nodes, const TextScanner& text, const MeshLimits& limits,
                           MeshFile& file) const {
   file.warnings.insert(file.warnings.end(), warnings_.begin(), warnings_.end());
-  for (const Field& field : fields_) add_field(field, nodes, text, limits, file);
+  if (fields_.empty()) return;
+  const Used used{used_vertices(file.mesh), used_nodes(file)};
+  for (const Field& field : fields_) add_field(field, used, nodes, text, limits, file);
 }
 
 }  // namespace ccslice

@@ -35,9 +35,13 @@ class GmshNodeData {
     std::string step;                 // As it is written.
     UnfitNumbers unfit;
   };
+  /// Of the mesh's vertices.
+  struct Used {
+    std::vector<bool> corners, nodes;  // Of cells; those between corners are nodes, too.
+  };
   static void read_rows(std::uint64_t count, GmshScanner& scanner, Field& field);
-  static void add_field(const Field& field, const NodeNumbers& nodes, const TextScanner& text, const MeshLimits& limits,
-                        MeshFile& file);
+  static void add_field(const Field& field, const Used& used_ones, const NodeNumbers& nodes, const TextScanner& text,
+                        const MeshLimits& limits, MeshFile& file);
 
   std::vector<Field> fields_;
   std::vector<std::string> warnings_;

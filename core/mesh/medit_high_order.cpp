@@ -112,14 +112,14 @@ std::vector<std::uint8_t> MeditHighOrder::order_of(const Section& section, const
   return order;
 }
 
-void MeditHighOrder::finish(MeshFile& file) const {
+void MeditHighOrder::finish(MeshFile& file) {
   ControlMesh& mesh = file.mesh;
   std::vector<std::size_t> first_corner(1, 0);
   for (const CellKind kind : mesh.cell_kinds) {
     first_corner.push_back(first_corner.back() + static_cast<std::size_t>(corner_count(kind)));
   }
   std::size_t higher_order = 0;
-  for (const Section& section : sections_) {
+  for (Section& section : sections_) {
     const std::size_t corners = corners_of(*section.cells);
     const auto missing = std::ranges::find_if(section.nodes, [&](auto node) { return node >= mesh.vertex_count(); });
     if (missing != section.nodes.end()) {
@@ -141,6 +141,7 @@ void MeditHighOrder::finish(MeshFile& file) const {
       add_second_order_cell(cell, mid_nodes, file.second_order);
     }
     if (section.cells->order > 2) higher_order += section.count();
+    section.nodes = {};
   }
   if (higher_order == 0) return;
   file.warnings.push_back(std::to_string(higher_order) +

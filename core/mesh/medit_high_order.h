@@ -29,8 +29,9 @@ class MeditHighOrder {
   /// Error{kFileSyntax}.
   bool read_ordering(const std::string& keyword, TextScanner& scanner);
   /// Puts the corners into the cells in their order, hands over the nodes of those of second order, and notes how many
-  /// cells there are. Throws Error{kMeshIndexOutOfRange} for nodes that aren't there. REQUIRES: the mesh has the cells.
-  void finish(MeshFile& file) const;
+  /// cells there are. Throws Error{kMeshIndexOutOfRange} for nodes that aren't there. REQUIRES: the mesh has the cells,
+  /// and this is the last call.
+  void finish(MeshFile& file);
 
  private:
   struct Section {

@@ -62,6 +62,32 @@ void MidNodeList::add(std::array<std::uint32_t, 5> key, const Vec3& position, st
   nodes_.push_back({key, static_cast<std::uint32_t>(positions_.size())});
   positions_.push_back(position);
   values_.insert(values_.end(), values.begin(), values.end());
+  if (nodes_.size() >= drop_at_) drop_repeated();
+}
+
+/// Most nodes come several times, once for each cell that has them: only the first one is kept, and those that are
+/// somewhere else.
+void MidNodeList::drop_repeated() {
+  std::ranges::sort(nodes_, {}, [](const Node& node) { return std::pair(node.key, node.index); });
+  std::size_t kept = 0, first = 0;
+  for (const Node& node : nodes_) {
+    const bool is_new = kept == 0 || node.key != nodes_[first].key;
+    if (!is_new && positions_[node.index] == positions_[nodes_[first].index]) continue;
+    if (is_new) first = kept;
+    nodes_[kept++] = node;
+  }
+  nodes_.resize(kept);
+  std::ranges::sort(nodes_, {}, &Node::index);
+  std::uint32_t next = 0;
+  for (Node& node : nodes_) {
+    positions_[next] = positions_[node.index];
+    std::copy_n(values_.begin() + static_cast<std::ptrdiff_t>(node.index * channels_), channels_,
+                values_.begin() + static_cast<std::ptrdiff_t>(next * channels_));
+    node.index = next++;
+  }
+  positions_.resize(kept);
+  values_.resize(kept * channels_);
+  drop_at_ = std::max(drop_at_, 2 * kept);
 }
 
 void MidNodeList::add_edge(std::array<std::uint32_t, 2> vertices, const Vec3& position, std::span<const float> values) {

@@ -50,8 +50,10 @@ class MidNodeList {
   };
 
   void add(std::array<std::uint32_t, 5> key, const Vec3& position, std::span<const float> values);
+  void drop_repeated();
 
   std::size_t channels_;
+  std::size_t drop_at_ = 1 << 16;  // So many nodes.
   std::vector<Node> nodes_;
   std::vector<Vec3> positions_;
   std::vector<float> values_;

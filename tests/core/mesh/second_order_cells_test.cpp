@@ -10,10 +10,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/mesh/mesh_file.h"
+#include "core/mesh/mid_nodes.h"
 #include "core/mesh/validate.h"
 
 namespace ccslice {
@@ -110,6 +112,37 @@ TEST(SecondOrderCells, KeepTheChannelsOfTheirNodes) {
   ASSERT_EQ(file.mesh.mid_nodes.values.size(), 29u);
   for (std::size_t i = 0; i < 29; ++i) {
     EXPECT_EQ(file.mesh.mid_nodes.values[i], static_cast<float>(file.mesh.mid_nodes.positions[i].z())) << i;
+  }
+}
+
+/// Repeated nodes are dropped on the way, which changes nothing of the result.
+TEST(SecondOrderCells, ShareNodesHoweverManyTheyAre) {
+  constexpr std::uint32_t kEdges = 50'000;
+  MidNodeList list(1);
+  for (int round = 0; round < 4; ++round) {
+    for (std::uint32_t edge = 0; edge < kEdges; ++edge) {
+      // Each edge has its own place in all rounds, but one of a thousand in the last one.
+      const bool elsewhere = round == 3 && edge % 1000 == 7;
+      const auto value = static_cast<float>(elsewhere ? -1.0 : edge);
+      const Vec3 at(edge, elsewhere ? 0.5 : 0, 1);
+      if (edge % 2 == 0) {
+        list.add_edge({edge + 1, edge}, at, std::span(&value, 1));
+      } else {
+        list.add_face({edge + 3, edge, edge + 2, edge + 1}, at, std::span(&value, 1));
+      }
+    }
+  }
+  const MidNodeList::Result result = list.finish();
+  EXPECT_EQ(result.conflicts, kEdges / 1000);
+  EXPECT_EQ(result.farthest_apart_mm, 0.5);
+  ASSERT_EQ(result.nodes.edges.size(), kEdges / 2);
+  ASSERT_EQ(result.nodes.faces.size(), kEdges / 2);
+  ASSERT_EQ(result.nodes.positions.size(), kEdges);
+  for (std::uint32_t i = 0; i < kEdges; ++i) {
+    const std::uint32_t first = i < kEdges / 2 ? 2 * i : 2 * i - kEdges + 1;
+    ASSERT_EQ(i < kEdges / 2 ? result.nodes.edges[i][0] : result.nodes.faces[i - kEdges / 2][0], first);
+    ASSERT_EQ(result.nodes.positions[i], Vec3(first, 0, 1)) << "the first one counts";
+    ASSERT_EQ(result.nodes.values[i], static_cast<float>(first));
   }
 }
 
