@@ -15,9 +15,14 @@
 
 #pragma once
 
+#include <cstdint>
+
 #include "core/mesh/mesh_file.h"
 
 namespace ccslice {
+
+/// What pyramids have of their own before the apex comes three times more.
+inline constexpr std::uint64_t kPyramidCorners = 5;
 
 /// Puts what they are in place of collapsed cells: where a pyramid becomes two tetrahedra, the cells behind it get
 /// other ids, and cell numbers, sets, materials, the file's numbers and mid-nodes go along. Cells that are nothing

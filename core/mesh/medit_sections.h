@@ -39,10 +39,10 @@ inline constexpr std::string_view kMeditPyramidRemedy =
     "a pyramid never refines to hexahedra: split it into tetrahedra";
 inline constexpr std::string_view kMeditRemedy = "write hexahedra, prisms or tetrahedra in their place";
 inline constexpr MeditRefused kMeditRefused[] = {
-    {"Pyramids", "pyramids", kMeditPyramidRemedy},   {"PyramidsP2", "pyramids", kMeditPyramidRemedy},
-    {"PyramidsP3", "pyramids", kMeditPyramidRemedy}, {"PyramidsP4", "pyramids", kMeditPyramidRemedy},
-    {"Prisms9", "cells of Prisms9", kMeditRemedy},   {"Hexahedra12", "cells of Hexahedra12", kMeditRemedy},
-    {"Polyhedra", "polyhedra", kMeditRemedy},        {"PolyhedraHeaders", "polyhedra", kMeditRemedy},
+    {"PyramidsP2", "pyramids", kMeditPyramidRemedy},       {"PyramidsP3", "pyramids", kMeditPyramidRemedy},
+    {"PyramidsP4", "pyramids", kMeditPyramidRemedy},       {"Prisms9", "cells of Prisms9", kMeditRemedy},
+    {"Hexahedra12", "cells of Hexahedra12", kMeditRemedy}, {"Polyhedra", "polyhedra", kMeditRemedy},
+    {"PolyhedraHeaders", "polyhedra", kMeditRemedy},
 };
 
 /// Sections that say nothing about the solid.

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "core/mesh/read_abaqus.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,13 +13,13 @@
 #include <string>
 #include <utility>
 #include <vector>
-
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/mesh/abaqus_lines.h"
 #include "core/mesh/abaqus_parts.h"
 #include "core/mesh/abaqus_sets.h"
 #include "core/mesh/abaqus_types.h"
+#include "core/mesh/collapsed_cells.h"
 #include "core/mesh/text_scanner.h"
 #include "core/mesh/used_vertices.h"
 
@@ -185,15 +184,17 @@ void AbaqusReader::open_elements(const AbaqusKeyword& keyword) {
                           "is missing; write all of their nodes");
   }
   const std::optional<AbaqusSolidType> solid = abaqus_solid(element);
-  if (!solid || !solid->kind) {
+  const bool is_linear_pyramid = solid && solid->nodes == kPyramidCorners;
+  if (!solid || (!solid->kind && !is_linear_pyramid)) {
     lines_.fail_at(lines_.mark(), ErrorCode::kMeshUnsupportedCell,
                    "elements of type " + printable(type_name_) +
-                       (solid ? " are pyramids; a pyramid never refines to hexahedra: split it into tetrahedra"
+                       (solid ? " are pyramids, of which only those of 5 nodes are read"
                               : " are not known; hexahedra, tetrahedra and wedges of first and second order are read"));
   }
   own_part();
   data_ = Data::kCells;
   type_ = *solid;
+  if (is_linear_pyramid) type_.kind = CellKind::kHex;
   if (type_.may_be_flat) flat_names_.insert(type_name_);
   const std::string_view set = keyword.value_of("ELSET");
   set_.reset();
@@ -340,6 +341,7 @@ void AbaqusReader::finish_cell() {
   if (++cells_ > limits_.max_cells) {
     lines_.fail_at(cell_mark_, ErrorCode::kMeshTooLarge, "more than " + std::to_string(limits_.max_cells) + " cells");
   }
+  if (type_.nodes == kPyramidCorners) cell_.insert(cell_.end(), 3, cell_.back());
   if (set_) sets_.add(*set_, cell_[0]);
   const std::string_view name = type_.may_be_flat ? std::string_view(*flat_names_.find(type_name_)) : "";
   part().cells.add(type_, name, cell_[0], std::span(cell_).subspan(1), cell_mark_);

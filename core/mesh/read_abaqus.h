@@ -5,10 +5,10 @@
 // itself, in files that it includes (*INCLUDE, INPUT=), or in parts (*PART) that an assembly places (*INSTANCE: a
 // translation, then a rotation). Instances stay separate parts where they touch.
 //
-// Read: solids of 4, 6 and 8 nodes (C3D4, C3D6, C3D8 and their variants, DC3D..., AC3D..., EC3D..., SC6R, SC8R), and
+// Read: solids of 4 to 6 and 8 nodes (C3D4 to C3D8 and their variants, DC3D..., AC3D..., EC3D..., SC6R, SC8R), and
 // those of second order (10, 15 to 18, 20 to 27 nodes) by their corners. Left out and reported: all other elements,
-// sets, and whatever else describes an analysis. Refused: pyramids, keywords that make nodes or elements when Abaqus
-// runs, and coordinates that aren't rectangular.
+// sets, and whatever else describes an analysis. Refused: pyramids of second order, keywords that make nodes or
+// elements when Abaqus runs, and coordinates that aren't rectangular.
 
 #pragma once
 

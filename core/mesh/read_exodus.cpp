@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "core/mesh/read_exodus.h"
-
 #include <algorithm>
 #include <initializer_list>
 #include <map>
@@ -12,13 +11,13 @@
 #include <string>
 #include <utility>
 #include <vector>
-
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/cell_numbers.h"
 #include "core/mesh/channels.h"
+#include "core/mesh/collapsed_cells.h"
 #include "core/mesh/exodus_types.h"
 #include "core/mesh/netcdf_file.h"
 #include "core/mesh/second_order_cells.h"
@@ -187,10 +186,11 @@ void ExodusReader::read_block(const NetcdfVariable& connect, const std::string& 
   const ExodusElementType* const type = exodus_element_type(connect.elem_type);
   const std::string what = "block '" + echoed(name) + "' has " + std::to_string(block.count) + " elements of type '" +
                            printable(connect.elem_type) + "', ";
-  if (type == nullptr || type->role == ExodusRole::kPyramid) {
+  const bool is_linear_pyramid = connect.shape.size() == 2 && connect.shape[1] == kPyramidCorners;
+  if (type == nullptr || (type->role == ExodusRole::kPyramid && !is_linear_pyramid)) {
     throw Error(ErrorCode::kMeshUnsupportedCell,
                 what + (type == nullptr ? "which isn't read: hexahedra, tetrahedra and wedges are"
-                                        : "pyramids, which never refine to hexahedra: split them into tetrahedra"));
+                                        : "pyramids, of which only those of 5 nodes are read"));
   }
   if (type->role == ExodusRole::kFlat) {
     flat_ += block.count;
@@ -201,7 +201,8 @@ void ExodusReader::read_block(const NetcdfVariable& connect, const std::string& 
 
 void ExodusReader::read_cells(const NetcdfVariable& connect, const ExodusElementType& type, Block& block) {
   ControlMesh& mesh = file_.mesh;
-  const auto corners = static_cast<std::uint64_t>(corner_count(type.kind));
+  const bool pyramids = type.role == ExodusRole::kPyramid;
+  const auto corners = pyramids ? kPyramidCorners : static_cast<std::uint64_t>(corner_count(type.kind));
   const std::uint64_t nodes = connect.shape.size() == 2 ? connect.shape[1] : 0;
   if (nodes < corners) fail(connect, "has too few nodes for elements of type '" + printable(connect.elem_type) + "'");
   const NetcdfNumbers numbers = numbers_of(connect, {block.count, nodes});
@@ -218,6 +219,7 @@ void ExodusReader::read_cells(const NetcdfVariable& connect, const ExodusElement
     for (std::uint64_t corner = 0; corner < corners; ++corner) {
       mesh.cell_vertices.push_back(vertex(numbers, first + corner));
     }
+    if (pyramids) mesh.cell_vertices.insert(mesh.cell_vertices.end(), 3, mesh.cell_vertices.back());
     std::ranges::transform(places, mid_nodes.begin(), [&](std::uint8_t place) {
       return place == exodus_tables::kNo ? kNone : vertex(numbers, first + place);
     });

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "core/mesh/read_gmsh.h"
-
 #include <algorithm>
 #include <array>
 #include <iterator>
@@ -12,8 +11,8 @@
 #include <string_view>
 #include <utility>
 #include <vector>
-
 #include "core/base/error.h"
+#include "core/mesh/collapsed_cells.h"
 #include "core/mesh/gmsh_cells.h"
 #include "core/mesh/gmsh_element_data.h"
 #include "core/mesh/gmsh_elements.h"
@@ -258,7 +257,8 @@ const GmshElementType& GmshReader::element_type() {
 
 /// Whether it is a cell.
 bool GmshReader::read_element(const GmshElementType& type, std::uint64_t number, bool tags_are_sizes) {
-  if (type.role == GmshRole::kPyramid && pyramids_.count++ == 0) {
+  const bool is_linear_pyramid = type.role == GmshRole::kPyramid && type.nodes == kPyramidCorners;
+  if (type.role == GmshRole::kPyramid && !is_linear_pyramid && pyramids_.count++ == 0) {
     pyramids_.mark = scanner_.text().mark();
     pyramids_.type = type.number;
   }
@@ -267,8 +267,10 @@ bool GmshReader::read_element(const GmshElementType& type, std::uint64_t number,
     tags_.push_back(tags_are_sizes ? scanner_.size("a node's tag") : scanner_.integer("a node's number"));
   }
   flat_ += type.role == GmshRole::kFlat;
-  if (type.role != GmshRole::kCell) return false;
-  cells_.add(type, number, tags_, scanner_.text().mark());
+  if (type.role != GmshRole::kCell && !is_linear_pyramid) return false;
+  constexpr GmshElementType kHexahedron = {5, 8, GmshRole::kCell, CellKind::kHex};
+  if (is_linear_pyramid) tags_.insert(tags_.end(), 3, tags_.back());
+  cells_.add(is_linear_pyramid ? kHexahedron : type, number, tags_, scanner_.text().mark());
   return true;
 }
 
@@ -335,7 +337,7 @@ void GmshReader::refuse_pyramids() {
   scanner_.text().fail_at(pyramids_.mark, ErrorCode::kMeshUnsupportedCell,
                           std::to_string(pyramids_.count) + (pyramids_.count == 1 ? " pyramid" : " pyramids") +
                               " (the first is of element type " + std::to_string(pyramids_.type) +
-                              "); a pyramid never refines to hexahedra: split it into tetrahedra");
+                              "); of pyramids only those of first order are read: save the mesh with `gmsh -order 1`");
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "core/mesh/read_medit.h"
-
 #include <algorithm>
 #include <charconv>
 #include <iterator>
@@ -11,8 +10,8 @@
 #include <string>
 #include <utility>
 #include <vector>
-
 #include "core/base/error.h"
+#include "core/mesh/collapsed_cells.h"
 #include "core/mesh/medit_high_order.h"
 #include "core/mesh/medit_sections.h"
 #include "core/mesh/text_scanner.h"
@@ -61,6 +60,8 @@ class MeditReader {
       read_vertices();
     } else if (const MeditCells* const cells = find_section(kMeditCells, keyword)) {
       cells->order > 1 ? read_high_order(*cells) : read_cells(cells->kind);
+    } else if (equals_ignoring_case(keyword, "Pyramids")) {
+      read_pyramids();
     } else if (const MeditRefused* const refused = find_section(kMeditRefused, keyword)) {
       refuse(*refused);
     } else if (!high_order_.read_ordering(keyword, scanner_)) {
@@ -110,6 +111,16 @@ class MeditReader {
     for (std::uint64_t i = 0; i < count; ++i) {
       for (int corner = 0; corner < corner_count(kind); ++corner) file_.mesh.cell_vertices.push_back(read_vertex_id());
       add_cell(kind, i + 1);
+    }
+  }
+
+  void read_pyramids() {
+    const std::uint64_t count = cell_count();
+    std::vector<std::uint32_t>& vertices = file_.mesh.cell_vertices;
+    for (std::uint64_t i = 0; i < count; ++i) {
+      for (std::uint64_t corner = 0; corner < kPyramidCorners; ++corner) vertices.push_back(read_vertex_id());
+      vertices.insert(vertices.end(), 3, vertices.back());
+      add_cell(CellKind::kHex, i + 1);
     }
   }
 

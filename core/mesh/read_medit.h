@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // MEDIT .mesh, ASCII: keyword, count, then as many entries. Ids count from 1 and every entry ends with a reference
-// number, which has no meaning here. Read: Vertices, Hexahedra, Tetrahedra, Prisms (wedges), in any order, and those of
-// second order and higher (medit_high_order.h). Passed over and reported: everything else. Refused: pyramids, other
-// cells of volume, two dimensions.
+// number, which has no meaning here. Read: Vertices, Hexahedra, Tetrahedra, Prisms (wedges), Pyramids, in any order,
+// and those of second order and higher but for pyramids (medit_high_order.h). Passed over and reported: everything
+// else. Refused: other cells of volume, two dimensions.
 
 #pragma once
 

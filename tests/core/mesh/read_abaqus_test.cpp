@@ -24,6 +24,17 @@ using testing::HasSubstr;
 const std::string kFourNodes = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n";
 const std::string kOneTet = kFourNodes + "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n";
 
+TEST(ReadAbaqus, ReadsPyramidsAsHexahedraWithFourCornersInOne) {
+  const MeshFile file = read_abaqus(
+      "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 0, 1\n*ELEMENT, TYPE=C3D5, ELSET=TOP\n"
+      "70, 1, 2, 3, 4, 5\n");
+  EXPECT_THAT(file.mesh.cell_kinds, testing::ElementsAre(CellKind::kHex));
+  EXPECT_THAT(file.mesh.cell_vertices, testing::ElementsAre(0, 1, 2, 3, 4, 4, 4, 4));
+  EXPECT_THAT(file.numbers.cells, testing::ElementsAre(70));
+  ASSERT_EQ(file.cell_sets.size(), 1u);
+  EXPECT_THAT(file.cell_sets[0].cells, testing::ElementsAre(0));
+}
+
 TEST(ReadAbaqus, PlacesInstancesOfParts) {
   const std::string path = CCSLICE_TEST_DATA_DIR "/meshes/assembly.inp";
   MeshFile file = read_abaqus(read_file_bytes(path, 1 << 20));
@@ -234,7 +245,7 @@ TEST(ReadAbaqus, NamesLineAndRemedy) {
   expect(kFourNodes + "1, 0, 0, 0\n" + element + "1, 1, 2, 3, 4\n", ErrorCode::kFileSyntax,
          "line 6: node 1 comes twice");
   expect(kFourNodes + "*ELEMENT\n1, 1, 2, 3, 4\n", ErrorCode::kFileSyntax, "TYPE=...");
-  expect(kFourNodes + "*ELEMENT, TYPE=C3D5\n", ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
+  expect(kFourNodes + "*ELEMENT, TYPE=C3D13\n", ErrorCode::kMeshUnsupportedCell, "only those of 5 nodes");
   expect(kFourNodes + "*ELEMENT, TYPE=C3D7\n", ErrorCode::kMeshUnsupportedCell, "type C3D7 are not known");
   expect(kFourNodes + element + "1, 1, 2, 3\n*STEP\n", ErrorCode::kFileSyntax,
          "element 1 of type C3D4 has 3 nodes instead");

@@ -142,14 +142,23 @@ INSTANTIATE_TEST_SUITE_P(ReadGmsh, GmshTypes,
                                          GmshType{111, 24, CellKind::kWedge}, GmshType{137, 16, CellKind::kTet}),
                          [](const auto& info) { return "Type" + std::to_string(info.param.number); });
 
-TEST(ReadGmsh, RefusesPyramidsByTheirTypes) {
-  for (const auto& [number, nodes] : {std::pair{7, 5}, {14, 14}, {19, 13}, {118, 30}}) {
+TEST(ReadGmsh, ReadsPyramidsAsHexahedraWithFourCornersInOne) {
+  const MeshFile file = read_gmsh(
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n9 0 0 1\n$EndNodes\n"
+      "$Elements\n1\n17 7 2 1 1 1 2 3 4 9\n$EndElements\n");
+  EXPECT_THAT(file.mesh.cell_kinds, testing::ElementsAre(CellKind::kHex));
+  EXPECT_THAT(file.mesh.cell_vertices, testing::ElementsAre(0, 1, 2, 3, 4, 4, 4, 4));
+  EXPECT_THAT(file.numbers.cells, testing::ElementsAre(17));
+}
+
+TEST(ReadGmsh, RefusesPyramidsOfHigherOrderByTheirTypes) {
+  for (const auto& [number, nodes] : {std::pair{14, 14}, {19, 13}, {118, 30}}) {
     std::string cells = "$Elements\n1\n1 " + std::to_string(number) + " 0";
     for (int n = 0; n < nodes; ++n) cells += " 10";
     const std::string text =
         std::string(kTet).substr(0, std::string(kTet).find("$Elements")) + cells + "\n$EndElements\n";
     expect_error([&] { (void)read_gmsh(text); }, ErrorCode::kMeshUnsupportedCell,
-                 "is of element type " + std::to_string(number) + "); a pyramid never refines");
+                 "is of element type " + std::to_string(number) + "); of pyramids only those of first order are read");
   }
 }
 
@@ -284,7 +293,6 @@ TEST(ReadGmsh, NamesLineAndRemedy) {
   expect(replaced(tet, "7 1 0 0", "7 1 nan 0"), ErrorCode::kMeshNonFinite, "line 11");
   expect(replaced(tet, "7 1 0 0", "10 1 0 0"), ErrorCode::kFileSyntax, "line 11: node 10 comes twice");
   expect(replaced(tet, "-2 10 7", "-2 11 7"), ErrorCode::kMeshIndexOutOfRange, "line 16: a cell uses node 11");
-  expect(replaced(tet, "1 4 3 0 1 -2", "1 7 2 0 1 10"), ErrorCode::kMeshUnsupportedCell, "split it into tetrahedra");
   expect(replaced(tet, "1 4 3 0", "1 999 3 0"), ErrorCode::kMeshUnsupportedCell, "line 16: element type 999");
   expect(replaced(tet, "1 4 3 0 1 -2 10 7 1000000000007 4", "1 2 2 0 1 10 7 4"), ErrorCode::kMeshEmpty, "gmsh -3");
   expect(replaced(tet, "$Nodes", "$Knots"), ErrorCode::kFileSyntax,

@@ -68,10 +68,19 @@ TEST(ReadMedit, NamesLineAndToken) {
                "line 3: expected a keyword, found '17'");
 }
 
+TEST(ReadMedit, ReadsPyramidsAsHexahedraWithFourCornersInOne) {
+  const MeshFile file = read_medit(
+      "MeshVersionFormatted 2\nDimension 3\nVertices\n5\n0 0 0 0\n1 0 0 0\n1 1 0 0\n0 1 0 0\n0 0 1 0\nPyramids\n1\n"
+      "1 2 3 4 5 7\nEnd\n");
+  EXPECT_THAT(file.mesh.cell_kinds, testing::ElementsAre(CellKind::kHex));
+  EXPECT_THAT(file.mesh.cell_vertices, testing::ElementsAre(0, 1, 2, 3, 4, 4, 4, 4));
+  EXPECT_THAT(file.cell_numbers.at(0).of_cells, testing::ElementsAre(7));
+}
+
 TEST(ReadMedit, RefusesWhatIsNoSolid) {
   expect_error([] { read_medit("MeshVersionFormatted 1\nDimension 2\n"); }, ErrorCode::kFileUnsupported, "dimension 2");
   expect_error([] { read_medit("MeshVersionFormatted 9\n"); }, ErrorCode::kFileUnsupported, "version 9");
-  expect_error([] { read_medit("MeshVersionFormatted 1\nPyramids 3\n"); }, ErrorCode::kMeshUnsupportedCell,
+  expect_error([] { read_medit("MeshVersionFormatted 1\nPyramidsP2 3\n"); }, ErrorCode::kMeshUnsupportedCell,
                "3 pyramids");
   expect_error([] { read_medit("MeshVersionFormatted 1\nVertices 1\n0 0 0 0\nEnd"); }, ErrorCode::kMeshEmpty,
                "Hexahedra");

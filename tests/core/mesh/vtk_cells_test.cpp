@@ -26,7 +26,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 /// As tests/data/meshes/write_fixtures.py has it.
-Vec3 bent(const Vec3& u) {
+Vec3 moved_by_bend(const Vec3& u) {
   return 12 * u + Vec3(2 * u.y() * (1 - u.y()), 3 * u.z() * (1 - u.z()), 5 * u.x() * (1 - u.x()));
 }
 
@@ -38,7 +38,7 @@ Vec3 expected_node(const ControlMesh& mesh, const std::array<std::uint32_t, kSiz
   Vec3 middle = Vec3::Zero();
   const Vec3 shift = shift_of(mesh.positions[corners[0]]);
   for (const std::uint32_t corner : corners) middle += (mesh.positions[corner] - shift) / 12 / double{kSize};
-  return shift + bent(middle);
+  return shift + moved_by_bend(middle);
 }
 
 /// Corners are where bends are nothing; every node is where the bend puts the middle of its edge or quadrilateral.
@@ -55,7 +55,7 @@ void expect_bent(const ControlMesh& mesh) {
     std::size_t first = 0;
     for (std::uint32_t i = 0; i < cell; ++i) first += static_cast<std::size_t>(corner_count(mesh.cell_kinds[i]));
     const Vec3 shift = shift_of(mesh.positions[mesh.cell_vertices[first]]);
-    EXPECT_EQ(nodes.positions[next++], shift + bent(Vec3(0.5, 0.5, 0.5)));
+    EXPECT_EQ(nodes.positions[next++], shift + moved_by_bend(Vec3(0.5, 0.5, 0.5)));
   }
   ASSERT_EQ(next, nodes.positions.size());
 }
@@ -89,7 +89,7 @@ std::string hexahedron_of_27(const std::string& version, bool old) {
   std::string text = "# vtk DataFile Version " + version + "\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 27 double\n";
   std::string ids;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const Vec3 place = bent(places[i]);
+    const Vec3 place = moved_by_bend(places[i]);
     for (const double number : place) text += std::to_string(number) + " ";
     ids += " " + std::to_string(i);
   }
