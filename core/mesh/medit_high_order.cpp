@@ -113,6 +113,7 @@ std::vector<std::uint8_t> MeditHighOrder::order_of(const Section& section, const
 }
 
 void MeditHighOrder::finish(MeshFile& file) {
+  if (sections_.empty()) return;
   ControlMesh& mesh = file.mesh;
   std::vector<std::size_t> first_corner(1, 0);
   for (const CellKind kind : mesh.cell_kinds) {

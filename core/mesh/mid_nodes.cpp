@@ -58,36 +58,37 @@ std::span<const std::array<std::uint8_t, 4>> mid_faces(CellKind kind) {
   return kind == CellKind::kTet ? std::span<const std::array<std::uint8_t, 4>>{} : kWedgeFaces;
 }
 
-void MidNodeList::add(std::array<std::uint32_t, 5> key, const Vec3& position, std::span<const float> values) {
-  nodes_.push_back({key, static_cast<std::uint32_t>(positions_.size())});
-  positions_.push_back(position);
-  values_.insert(values_.end(), values.begin(), values.end());
-  if (nodes_.size() >= drop_at_) drop_repeated();
+/// Where the table has the key, or would have it.
+std::uint32_t& MidNodeList::place_of(const std::array<std::uint32_t, 5>& key) {
+  std::uint64_t hash = 0;
+  for (const std::uint32_t part : key) {
+    hash = (hash ^ part) * 0x9e3779b97f4a7c15;
+    hash ^= hash >> 32;
+  }
+  std::size_t place = hash % places_.size();
+  while (places_[place] != kNone && nodes_[places_[place]].key != key) place = (place + 1) % places_.size();
+  return places_[place];
 }
 
-/// Most nodes come several times, once for each cell that has them: only the first one is kept, and those that are
-/// somewhere else.
-void MidNodeList::drop_repeated() {
-  std::ranges::sort(nodes_, {}, [](const Node& node) { return std::pair(node.key, node.index); });
-  std::size_t kept = 0, first = 0;
-  for (const Node& node : nodes_) {
-    const bool is_new = kept == 0 || node.key != nodes_[first].key;
-    if (!is_new && positions_[node.index] == positions_[nodes_[first].index]) continue;
-    if (is_new) first = kept;
-    nodes_[kept++] = node;
+/// Half of the table stays empty.
+void MidNodeList::grow() {
+  constexpr std::size_t kFew = 64;
+  places_.assign(std::max(kFew, 2 * places_.size()), kNone);
+  for (const Node& node : nodes_) place_of(node.key) = node.index;
+}
+
+void MidNodeList::add(std::array<std::uint32_t, 5> key, const Vec3& position, std::span<const float> values) {
+  if (2 * (nodes_.size() + 1) > places_.size()) grow();
+  std::uint32_t& place = place_of(key);
+  if (place != kNone) {
+    Node& first = nodes_[place];
+    first.apart_mm = std::max(first.apart_mm, (position - positions_[place]).norm());
+    return;
   }
-  nodes_.resize(kept);
-  std::ranges::sort(nodes_, {}, &Node::index);
-  std::uint32_t next = 0;
-  for (Node& node : nodes_) {
-    positions_[next] = positions_[node.index];
-    std::copy_n(values_.begin() + static_cast<std::ptrdiff_t>(node.index * channels_), channels_,
-                values_.begin() + static_cast<std::ptrdiff_t>(next * channels_));
-    node.index = next++;
-  }
-  positions_.resize(kept);
-  values_.resize(kept * channels_);
-  drop_at_ = std::max(drop_at_, 2 * kept);
+  place = static_cast<std::uint32_t>(nodes_.size());
+  nodes_.push_back({key, place});
+  positions_.push_back(position);
+  values_.insert(values_.end(), values.begin(), values.end());
 }
 
 void MidNodeList::add_edge(std::array<std::uint32_t, 2> vertices, const Vec3& position, std::span<const float> values) {
@@ -128,25 +129,18 @@ void MidNodeList::add(const MidNodes& nodes, std::span<const std::uint32_t> new_
 
 MidNodeList::Result MidNodeList::finish() const {
   std::vector<Node> sorted = nodes_;
-  std::ranges::sort(sorted, {}, [](const Node& node) { return std::pair(node.key, node.index); });
+  std::ranges::sort(sorted, {}, &Node::key);
   Result result;
   MidNodes& nodes = result.nodes;
-  for (auto first = sorted.begin(); first != sorted.end();) {
-    const auto end = std::find_if(first, sorted.end(), [&](const Node& node) { return node.key != first->key; });
-    double apart_mm = 0;
-    for (auto node = first; node != end; ++node) {
-      apart_mm = std::max(apart_mm, (positions_[node->index] - positions_[first->index]).norm());
-    }
+  for (const auto& [key, index, apart_mm] : sorted) {
     result.conflicts += apart_mm > 0;
     result.farthest_apart_mm = std::max(result.farthest_apart_mm, apart_mm);
-    const auto& key = first->key;
     if (key[0] == 2) nodes.edges.push_back({key[1], key[2]});
     if (key[0] == 4) nodes.faces.push_back({key[1], key[2], key[3], key[4]});
     if (key[0] == 8) nodes.cells.push_back(key[1]);
-    nodes.positions.push_back(positions_[first->index]);
-    const auto values = values_.begin() + static_cast<std::ptrdiff_t>(first->index * channels_);
+    nodes.positions.push_back(positions_[index]);
+    const auto values = values_.begin() + static_cast<std::ptrdiff_t>(index * channels_);
     nodes.values.insert(nodes.values.end(), values, values + static_cast<std::ptrdiff_t>(channels_));
-    first = end;
   }
   return result;
 }

@@ -47,14 +47,16 @@ class MidNodeList {
   struct Node {
     std::array<std::uint32_t, 5> key;  // How many vertices, or 0 for a cell; then the sorted vertices, or the cell.
     std::uint32_t index;
+    double apart_mm = 0;  // How far others of that key are away.
   };
 
   void add(std::array<std::uint32_t, 5> key, const Vec3& position, std::span<const float> values);
-  void drop_repeated();
+  std::uint32_t& place_of(const std::array<std::uint32_t, 5>& key);
+  void grow();
 
   std::size_t channels_;
-  std::size_t drop_at_ = 1 << 16;  // So many nodes.
-  std::vector<Node> nodes_;
+  std::vector<Node> nodes_;            // Each key once, as most nodes come with several cells.
+  std::vector<std::uint32_t> places_;  // A hash table of indices into the nodes, kNone where it is empty.
   std::vector<Vec3> positions_;
   std::vector<float> values_;
 };

@@ -99,19 +99,21 @@ class MeditReader {
     return scanner_.count_up_to("the number of cells", most);
   }
 
-  /// The cell's number counts the cells of its section.
-  void add_cell(CellKind kind, std::uint64_t number) {
-    read_reference();
-    file_.mesh.cell_kinds.push_back(kind);
-    file_.numbers.cells.push_back(number);
+  /// Numbers count the cells of a section.
+  void number_cells(std::uint64_t count) {
+    file_.numbers.cells.resize(file_.mesh.cell_count());
+    std::iota(file_.numbers.cells.end() - static_cast<std::ptrdiff_t>(count), file_.numbers.cells.end(),
+              std::uint64_t{1});
   }
 
   void read_cells(CellKind kind) {
     const std::uint64_t count = cell_count();
     for (std::uint64_t i = 0; i < count; ++i) {
       for (int corner = 0; corner < corner_count(kind); ++corner) file_.mesh.cell_vertices.push_back(read_vertex_id());
-      add_cell(kind, i + 1);
+      read_reference();
+      file_.mesh.cell_kinds.push_back(kind);
     }
+    number_cells(count);
   }
 
   void read_pyramids() {
@@ -132,8 +134,10 @@ class MeditReader {
       for (std::uint8_t node = 0; node < section.nodes; ++node) nodes.push_back(read_vertex_id());
       file_.mesh.cell_vertices.insert(file_.mesh.cell_vertices.end(), nodes.end() - section.nodes,
                                       nodes.end() - section.nodes + corner_count(section.kind));
-      add_cell(section.kind, i + 1);
+      read_reference();
+      file_.mesh.cell_kinds.push_back(section.kind);
     }
+    number_cells(count);
     high_order_.add(section, first_cell, std::move(nodes));
   }
 
