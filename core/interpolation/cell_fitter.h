@@ -23,7 +23,9 @@
 // beyond it. So it does where the triangles reach into other cells whose materials may be others
 // (interpolation/face_surroundings.h).
 //
-// Nodes that would get smaller than some dozen voxels, and all that lies near folds and overlaps, are left out: HOLES.
+// A node whose pieces would take longer than inverting its voxels isn't halved: it is left out, and so is all that lies
+// near folds and overlaps. These nodes are HOLES. How many voxels its pieces would have is told by its error, which
+// falls with the fourth power of the size. So a tolerance that is too strict for pieces costs one node a cell.
 //
 // Nodes depend on the solid, the spec and the cell alone, whoever asks for them, in whatever order.
 
@@ -82,7 +84,7 @@ struct CellNode {
   Kind kind = Kind::kUnknown;
   std::uint32_t first_child = 0, end_child = 0;  // kHalved.
   std::shared_ptr<const CellPiece> piece;        // kPiece.
-  std::shared_ptr<const ParameterMap> map;       // kHole, unless it is large, ambiguous or flat: a parameter near.
+  std::shared_ptr<const ParameterMap> map;       // kHole, unless it is ambiguous or flat: a parameter near.
 };
 
 /// One thread.
@@ -102,6 +104,7 @@ class CellFitter {
 
   void sample(LimitCellId cell, const ParamBox& box);
   unsigned fit_or_split(LimitCellId cell, const BlockShape& shape, CellNode& node);
+  static bool is_worth_halving(Between between, double voxels, double predicted);
   unsigned leave(const BlockShape& shape, CellNode& node) const;
   [[nodiscard]] std::shared_ptr<const CellPiece> make_piece(LimitCellId cell, const BlockShape& shape,
                                                             const ParamBox& box, const VoxelFrame& frame, double error);

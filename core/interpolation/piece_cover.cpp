@@ -70,21 +70,22 @@ void PieceCover::invert(const RowRange& rows, std::span<const VoxelRun> spans) {
   to_invert_.insert(after, all.begin(), all.end());
 }
 
-/// Moves what needs no tile from unpainted_ to to_invert_: short runs whose parameter is about known, and others
-/// outside of large holes if the rows that are cut into tiles together have few of them.
+/// Moves what needs no tile from unpainted_ to to_invert_: runs in holes that pieces don't pay in, short runs beside
+/// pieces, and others that aren't for tiles if the rows that are cut into tiles together have few of them.
 void PieceCover::sort_out_unpainted() {
   hints_.clear();
-  for (std::size_t r = 0; r < unpainted_.size(); ++r) hints_.push_back(hint_of(r));
+  in_hole_.clear();
+  for (std::size_t r = 0; r < unpainted_.size(); ++r) find_hint_of(r);
   std::size_t kept = 0;
   for (std::size_t begin = 0, end = 0; begin < unpainted_.size(); begin = end) {
     // By kRowsTogether rows, at whose ends tiles end, too: what becomes of a row depends on those rows only.
     const std::uint32_t block = unpainted_[begin].row / kRowsTogether;
     std::uint32_t voxels = 0;
     for (; end < unpainted_.size() && unpainted_[end].row / kRowsTogether == block; ++end) {
-      if (!is_short(end) && !is_in_large_hole(end)) voxels += unpainted_[end].end - unpainted_[end].begin;
+      if (!needs_no_tile(end) && !is_for_tiles(end)) voxels += unpainted_[end].end - unpainted_[end].begin;
     }
     for (std::size_t r = begin; r < end; ++r) {
-      if (is_short(r) || (voxels <= kMostLong && !is_in_large_hole(r))) {
+      if (needs_no_tile(r) || (voxels <= kMostLong && !is_for_tiles(r))) {
         to_invert_.push_back({unpainted_[r], hints_[r]});
       } else {
         unpainted_[kept++] = unpainted_[r];
@@ -94,19 +95,20 @@ void PieceCover::sort_out_unpainted() {
   unpainted_.resize(kept);
 }
 
-std::optional<CellParam> PieceCover::hint_of(std::size_t run) const {
+void PieceCover::find_hint_of(std::size_t run) {
   const Vec3 first(unpainted_[run].begin, unpainted_[run].row, layer_);
   std::optional<CellParam> hint = pieces_->parameter_in_hole(first);
+  in_hole_.push_back(hint.has_value());
   if (!hint && beside_unpainted_[run] != kNoPiece) hint = pieces_->parameter_near(beside_unpainted_[run], first);
-  return hint;
+  hints_.push_back(hint);
 }
 
-bool PieceCover::is_short(std::size_t run) const {
-  return hints_[run] && unpainted_[run].end - unpainted_[run].begin <= kMostShort;
+bool PieceCover::needs_no_tile(std::size_t run) const {
+  return in_hole_[run] || (hints_[run] && unpainted_[run].end - unpainted_[run].begin <= kMostShort);
 }
 
-bool PieceCover::is_in_large_hole(std::size_t run) const {
-  return pieces_->is_in_large_hole(Vec3(unpainted_[run].begin, unpainted_[run].row, layer_));
+bool PieceCover::is_for_tiles(std::size_t run) const {
+  return pieces_->is_for_tiles(Vec3(unpainted_[run].begin, unpainted_[run].row, layer_));
 }
 
 void PieceCover::enter_row(std::uint32_t row, const RunsByRow& sorted) {

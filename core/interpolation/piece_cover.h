@@ -59,8 +59,8 @@ class PieceCover {
   const PieceRun* painted_at(std::uint32_t row, std::uint32_t column) const;
   /// Gaps that were closed: runs that no piece holds, and pieces beside them paint, or have left since. By row.
   std::span<const VoxelRun> closed_gaps() const { return closed_gaps_; }
-  /// Unpainted runs that are inverted one by one: short ones in small holes or beside pieces, and others where there
-  /// are few of them. By row, then by column, and so are all other runs here.
+  /// Unpainted runs that are inverted one by one: those in holes that have a map, short ones beside pieces, and others
+  /// where there are few of them. By row, then by column, and so are all other runs here.
   std::span<const HintedRun> to_invert() const { return to_invert_; }
   /// All other unpainted runs.
   std::span<const VoxelRun> for_tiles() const { return unpainted_; }
@@ -80,9 +80,9 @@ class PieceCover {
   void paint_all(const PieceRun& run, float after);
   void leave(std::uint32_t begin, std::uint32_t end, std::uint32_t beside);
   void sort_out_unpainted();
-  [[nodiscard]] std::optional<CellParam> hint_of(std::size_t run) const;
-  bool is_short(std::size_t run) const;
-  bool is_in_large_hole(std::size_t run) const;
+  void find_hint_of(std::size_t run);
+  bool needs_no_tile(std::size_t run) const;
+  bool is_for_tiles(std::size_t run) const;
   Vec3 voxel(std::uint32_t column) const { return Vec3(column, row_, layer_); }
 
   const SlabPieces* pieces_ = nullptr;
@@ -94,10 +94,11 @@ class PieceCover {
   std::vector<HintedRun> to_invert_;
   std::vector<VoxelRun> unpainted_;
   std::vector<std::uint32_t> beside_unpainted_;  // By unpainted run: the piece beside it, or none.
-  std::vector<std::optional<CellParam>> hints_;
-  std::vector<std::uint64_t> by_column_;  // Runs of the row at hand: column << 32 | place in the row.
-  std::vector<ScannedRun> found_;         // Runs of the row at hand, by column.
-  std::size_t first_found_ = 0;           // Those before aren't needed any more.
+  std::vector<std::optional<CellParam>> hints_;  // By unpainted run,
+  std::vector<bool> in_hole_;                    // and whether a hole's map told it.
+  std::vector<std::uint64_t> by_column_;         // Runs of the row at hand: column << 32 | place in the row.
+  std::vector<ScannedRun> found_;                // Runs of the row at hand, by column.
+  std::size_t first_found_ = 0;                  // Those before aren't needed any more.
 };
 
 }  // namespace ccslice

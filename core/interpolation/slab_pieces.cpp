@@ -83,7 +83,7 @@ bool SlabPieces::is_in_hole(const Vec3& voxel) const {
   return group_of(voxel).hole_boxes.any_at(voxel, 0) || small_cells_.any_at(voxel);
 }
 
-bool SlabPieces::is_in_large_hole(const Vec3& voxel) const {
+bool SlabPieces::is_for_tiles(const Vec3& voxel) const {
   const Group& group = group_of(voxel);
   return small_cells_.any_at(voxel) ||
          group.hole_boxes.any_meeting(Box3(voxel, voxel), [&](std::uint32_t h) { return !group.holes[h].map; });
@@ -92,7 +92,7 @@ bool SlabPieces::is_in_large_hole(const Vec3& voxel) const {
 /// It is guessed by the map of the hole whose middle is nearest; of several, in the lowest cell, or else the first by
 /// its middle's coordinates.
 std::optional<CellParam> SlabPieces::parameter_in_hole(const Vec3& voxel) const {
-  if (is_in_large_hole(voxel)) return std::nullopt;
+  if (is_for_tiles(voxel)) return std::nullopt;
   std::optional<CellParam> nearest;
   std::tuple<double, std::uint32_t, double, double, double> nearest_order;
   const Group& group = group_of(voxel);

@@ -69,9 +69,9 @@ class SlabPieces {
   std::span<const ScannedRun> runs(std::uint32_t layer) const { return runs_[layer - first_layer_]; }
   /// Some box that was left out may hold the voxel's centre.
   bool is_in_hole(const Vec3& voxel) const;
-  /// Some small cell, or large box that was left out, may hold it.
-  bool is_in_large_hole(const Vec3& voxel) const;
-  /// About the parameter of a voxel in a hole, if all holes there are of few voxels.
+  /// Some small cell, or hole without a map, may hold it.
+  bool is_for_tiles(const Vec3& voxel) const;
+  /// About the parameter of a voxel in a hole, unless it is for tiles.
   [[nodiscard]] std::optional<CellParam> parameter_in_hole(const Vec3& voxel) const;
   /// About the parameter of a voxel in or beside a piece.
   CellParam parameter_near(std::uint32_t piece, const Vec3& voxel) const;
@@ -108,7 +108,7 @@ class SlabPieces {
 
   struct Hole {
     LimitCellId cell;
-    std::shared_ptr<const ParameterMap> map;  // CellNode::map. Holes without one count as large.
+    std::shared_ptr<const ParameterMap> map;  // CellNode::map. Holes without one are left to tiles.
   };
 
   /// Forgets all: the slab of layers [first_layer, end_layer), none of them found.

@@ -13,6 +13,8 @@
 namespace ccslice {
 namespace {
 
+constexpr double kSmallestPredictedTile = 128;  // Tiles that would have fewer voxels once they fit aren't looked for.
+
 constexpr std::size_t kManyParticles = 40,
                       kSomeParticles = 6;  // With more particles, fewer samples of each are fitted to.
 
@@ -42,8 +44,7 @@ TileFitter::TileFitter(std::shared_ptr<const LimitSolid> solid, const Interpolat
       channels_(spec.channels),
       particles_(solid_, spec, std::move(stencils)) {}
 
-TileFitter::Outcome TileFitter::fit(const TileParticles::Range& range, const Box3& box, std::uint64_t voxels,
-                                    std::uint64_t least_voxels) {
+TileFitter::Outcome TileFitter::fit(const TileParticles::Range& range, const Box3& box, std::uint64_t voxels) {
   if (!range.known) return Outcome::kHalve;
   const std::span<const std::uint32_t> members = particles_.members(range);
   if (members.empty()) return Outcome::kHopeless;
@@ -52,10 +53,9 @@ TileFitter::Outcome TileFitter::fit(const TileParticles::Range& range, const Box
   const double error = fit_polynomials(members);
   if (!(error <= 1)) {
     // What a cubic leaves of a smooth function falls with the fourth power of all lengths. Slabs are flat, so a halving
-    // is taken to quarter the voxels: so many are left. An error above 16^halvings * 16 is 16 times too large even
-    // after the last. Where halving takes three axes, fewer are left, and less is given up than could be.
-    const double halvings = std::log2(static_cast<double>(voxels) / static_cast<double>(least_voxels)) / 2;
-    return error > std::exp2(4 * halvings + 4) ? Outcome::kHopeless : Outcome::kHalve;
+    // is taken to quarter the voxels: those of boxes that fit fall with the root of the error.
+    const double predicted = static_cast<double>(voxels) / std::sqrt(error);
+    return predicted >= kSmallestPredictedTile ? Outcome::kHalve : Outcome::kHopeless;  // Not a number is hopeless.
   }
   double worst = 0, steepest = 0;
   bool at_boundary = false;

@@ -39,9 +39,9 @@ class TileFitter {
   TileParticles& particles() { return particles_; }
 
   enum class Outcome : std::uint8_t { kFits, kHalve, kHopeless };
-  /// Fills polynomials() and frame(), if that is its outcome. kHopeless: boxes of `least_voxels` won't fit either.
-  [[nodiscard]] Outcome fit(const TileParticles::Range& range, const Box3& box, std::uint64_t voxels,
-                            std::uint64_t least_voxels);
+  /// Fills polynomials() and frame(), if that is its outcome. kHopeless: boxes that would fit are so small that
+  /// inverting all voxels takes less than finding them.
+  [[nodiscard]] Outcome fit(const TileParticles::Range& range, const Box3& box, std::uint64_t voxels);
 
   const VoxelFrame& frame() const { return frame_; }
   /// One a channel.

@@ -32,7 +32,10 @@ WindowOutcome TilePainter::paint(const TileTree& tree, const LayerTarget& target
     }
     tree.visit_leaves(layer, run, paint_leaf);
   }
-  for (const HintedRun& run : to_invert) invert(run);
+  for (const HintedRun& run : to_invert) {
+    if (run.row >= target.window.end_row()) break;
+    invert(run);
+  }
   solve_exact_run(target);
   return exact_.finish_layer(target, inside);
 }

@@ -71,7 +71,7 @@ TileTree::Node TileTreeBuilder::build_node(const VoxelBox& box, std::size_t firs
   if (is_ambiguous(centres)) return build_split(box, axes, first_run, around);
   const TileParticles::Range inside = fitter_.particles().enter(centres, voxels, around);
   Node node;
-  switch (fitter_.fit(inside, centres, voxels, kSmallestTile)) {
+  switch (fitter_.fit(inside, centres, voxels)) {
     case TileFitter::Outcome::kFits: node = tree_->add_polynomials(fitter_.frame(), fitter_.polynomials()); break;
     case TileFitter::Outcome::kHopeless: node = build_exact(first_run, inside); break;
     case TileFitter::Outcome::kHalve: node = build_split(box, axes, first_run, inside.known ? inside : around); break;

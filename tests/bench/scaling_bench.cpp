@@ -3,7 +3,8 @@
 //
 // scaling_bench: how costs grow with the mesh, with cells that a layer does not touch and with threads; preparing and
 // memory by class of cell, peak memory of whole processes, the time to the first layer, and whole jobs in printers'
-// pictures against contone ones. A table of figures, each beside its bar. Exit code 1 if one is missed.
+// pictures against contone ones, and strict tolerances against every voxel inverted. A table of figures, each beside its
+// bar. Exit code 1 if one is missed.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -11,11 +12,13 @@
 #include <cstdio>
 #include <exception>
 #include <optional>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "core/mesh/models.h"
+#include "core/slicer/layer_slicer.h"
 #include "core/slicer/slice_range.h"
 #include "core/subdivision/refined_mesh.h"
 #include "tests/bench/bars.h"
@@ -38,6 +41,7 @@ constexpr int kThreads = 2;
 struct Options {
   std::vector<std::string> parts;
   std::string octree = "bone_octree.vtk";
+  std::string json;
   int runs = 3;
   std::uint32_t slabs = 4;
   // Of this program as a process of its own:
@@ -165,6 +169,64 @@ void measure_printed_jobs(const Options& options, BarTable& table) {
   }
 }
 
+/// The mesh with rough values at its vertices, as finite elements may have them: four channels of floats.
+PrinterJob rough_job(const std::string& name, ControlMesh mesh) {
+  constexpr std::size_t kChannels = 4;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> value(0, 1);
+  mesh.channel_names.clear();
+  mesh.channel_values.clear();
+  for (std::size_t c = 0; c < kChannels; ++c) mesh.channel_names.push_back("rough" + std::to_string(c));
+  for (std::size_t v = 0; v < kChannels * mesh.vertex_count(); ++v) mesh.channel_values.push_back(value(random));
+  PrinterJob result = make_printer_job(name, std::move(mesh));
+  SliceJob& job = result.job;
+  job.planes.clear();
+  for (std::uint32_t c = 0; c < kChannels; ++c) {
+    PlaneSpec& plane = job.planes.emplace_back();
+    plane.content = PlaneContent::kChannel;
+    plane.channel = c;
+    plane.sample_type = SampleType::kFloat32;
+    plane.encoding = Encoding::kRaw;
+  }
+  return result;
+}
+
+double slicing_ns(const PrinterJob& job, double tolerance, std::uint32_t layers) {
+  SliceJob with_tolerance = job.job;
+  with_tolerance.material_tolerance = tolerance;
+  const std::uint32_t all = job.job.grid.extent.layers, count = std::min(layers, all), first = (all - count) / 2;
+  double ns = 0;
+  timed(ns, [&] {
+    LayerSlicer slicer(job.solid, with_tolerance);
+    for (std::uint32_t layer = first; layer < first + count; ++layer) slicer.slice(layer, {});
+  });
+  return ns;
+}
+
+/// Tolerances from a coarse one to one that nothing keeps, in turns with every voxel inverted.
+void measure_strictness(const Options& options, BarTable& table) {
+  constexpr std::uint32_t kLayers = 4 * kSlabLayers;
+  for (const char* name : {"mountwithhole.vtk", "fertility_cmu.vtk"}) {
+    std::optional<ControlMesh> mesh = oracle::read_real_mesh(name);
+    if (!mesh) {
+      std::printf("%s isn't there: not measured\n", name);
+      continue;
+    }
+    oracle::scale_to(kPrintedMm, *mesh);
+    const PrinterJob job = rough_job(name, std::move(*mesh));
+    for (const double tolerance : {1e-2, 1.0 / 1024, 1e-4, 1.0 / 65536, 1e-5, 3e-6, 1e-6, 1e-7}) {
+      std::vector<double> ratios;
+      for (int run = 0; run < options.runs; ++run) {
+        const double exact_ns = slicing_ns(job, 0, kLayers);
+        ratios.push_back(slicing_ns(job, tolerance, kLayers) / exact_ns);
+      }
+      char what[160];
+      std::snprintf(what, sizeof what, "%s, rough values within %.2g, against tolerance 0", name, tolerance);
+      table.add(what, median(ratios), "times", Bound::kAtMost, 1.1);
+    }
+  }
+}
+
 ProcessCost run_child(const std::string& what, const std::string& mesh, int refinements) {
   return run_own_process({"--child", what, "--mesh", mesh, "--refinements", std::to_string(refinements)});
 }
@@ -216,6 +278,8 @@ int run(const Options& options) {
   if (wanted("threads")) measure_threads(options, table);
   if (wanted("latency")) measure_first_layers(options, table);
   if (wanted("printing")) measure_printed_jobs(options, table);
+  if (wanted("strictness")) measure_strictness(options, table);
+  if (!options.json.empty()) table.write_json(options.json);
   std::printf("%d bars missed\n", table.missed());
   return table.missed() > 0 ? 1 : 0;
 }
@@ -228,10 +292,11 @@ int main(int argc, char** argv) {
   CLI::App app("How costs grow with cells and threads, memory, and the time to the first layer");
   Options options;
   app.add_option("--parts", options.parts,
-                 "Some of memory, cells, untouched, threads, latency, printing (default: all)")
+                 "Some of memory, cells, untouched, threads, latency, printing, strictness (default: all)")
       ->delimiter(',');
   app.add_option("--octree", options.octree,
                  "A large irregular mesh: in CCSLICE_SHARED_MESHES_DIR, or an absolute path");
+  app.add_option("--json", options.json, "Write the figures to this file, too");
   app.add_option("--runs", options.runs, "Medians of so many")->check(CLI::Range(1, 99));
   app.add_option("--slabs", options.slabs,
                  "Of each mesh: consecutive ones, as jobs have them, where cells are counted, spread ones elsewhere");

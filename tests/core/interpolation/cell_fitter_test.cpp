@@ -265,7 +265,7 @@ class PartsOfFewVoxels : public CellFitterTest {
 
 TEST_F(PartsOfFewVoxels, AreHolesWithAMapOfTheirParametersIfNoCubicFits) {
   std::mt19937 random(kSeed);
-  for (const double n : {3.9, 9.0, 10.0}) {
+  for (const double n : {3.9, 10.0, 35.0}) {
     const Parts parts = of(n, 1e-9);
     ASSERT_EQ(parts.size(), 1u);
     ASSERT_EQ(parts[0].kind, Kind::kHole);
@@ -277,29 +277,47 @@ TEST_F(PartsOfFewVoxels, AreHolesWithAMapOfTheirParametersIfNoCubicFits) {
   }
 }
 
-TEST_F(PartsOfFewVoxels, HaveNoMapIfTheyAreTooManyToInvertOneByOne) {
-  const Parts parts = of(10.1, 1e-9);  // 1030 voxels.
-  ASSERT_EQ(parts.size(), 1u);
-  EXPECT_EQ(parts[0].kind, Kind::kHole);
-  EXPECT_FALSE(parts[0].map);
-}
-
 TEST_F(PartsOfFewVoxels, ArePiecesIfACubicFits) {
   const Parts parts = of(3.9, 1);
   ASSERT_EQ(parts.size(), 1u);
   EXPECT_EQ(parts[0].kind, Kind::kPiece);
 }
 
-TEST_F(PartsOfFewVoxels, AreHalvedFromSixtyFourVoxelsOn) {
-  // The tolerance that just isn't kept: one piece at twice of it.
+TEST_F(PartsOfFewVoxels, AreHalvedIfTheirPiecesWillHoldEnough) {
+  // The tolerance that just isn't kept: one piece at 1.1 of it.
   double tolerance = 1;
-  while (of(5, tolerance)[0].kind == Kind::kPiece) tolerance /= 1.5;
-  EXPECT_EQ(of(3.99, tolerance)[0].kind, Kind::kHole);
-  EXPECT_EQ(of(4.01, tolerance)[0].kind, Kind::kHalved);
-  EXPECT_EQ(of(5, tolerance)[0].kind, Kind::kHalved);
-  // Of a far tighter one that their parts couldn't keep either.
-  EXPECT_EQ(of(5, tolerance / 4)[0].kind, Kind::kHalved);
-  EXPECT_EQ(of(5, tolerance / 64)[0].kind, Kind::kHole);
+  while (of(12, tolerance)[0].kind == Kind::kPiece) tolerance /= 1.1;
+  EXPECT_EQ(of(7.9, tolerance)[0].kind, Kind::kHole);
+  EXPECT_EQ(of(8.1, tolerance)[0].kind, Kind::kHalved);
+  // Pieces of at most a third of the voxels keep a fifth of the tolerance.
+  EXPECT_EQ(of(8.1, tolerance / 5)[0].kind, Kind::kHole);
+  EXPECT_EQ(of(12, tolerance / 5)[0].kind, Kind::kHalved);
+  EXPECT_EQ(of(19, tolerance / 25)[0].kind, Kind::kHalved);
+  // Pieces of large parts have to hold more.
+  double strict = tolerance;
+  while (of(20.1, strict)[0].kind == Kind::kHalved) strict /= 1.1;
+  ASSERT_EQ(of(20.1, strict)[0].kind, Kind::kHole);
+  EXPECT_EQ(of(20.2, strict)[0].kind, Kind::kHole);
+  EXPECT_EQ(of(25, strict)[0].kind, Kind::kHole);
+  EXPECT_EQ(of(32, strict)[0].kind, Kind::kHalved);
+}
+
+// Inverting a hundred voxels of a long run takes about as long as examining a node.
+TEST_F(CellFitterTest, ExaminesFewNodesForItsVoxelsAtAnyTolerance) {
+  constexpr double kVoxelsOfCell = 35 * 35 * 35, kVoxelsANode = 150;
+  std::size_t most = 0;
+  for (double tolerance = 0.3; tolerance > 1e-10; tolerance /= 3) {
+    take(sharp_box(), {noise(6)}, {.pitch_mm = Vec3::Constant(10 / 35.0), .tolerance = tolerance});
+    std::size_t nodes = 0;
+    for (const LimitCellId cell : solid_->cells()) nodes += examined(cell).size();
+    const auto cells = static_cast<double>(solid_->cell_count());
+    EXPECT_LE(static_cast<double>(nodes) * kVoxelsANode, kVoxelsOfCell * cells) << tolerance;
+    if (tolerance < 1e-6) {
+      EXPECT_EQ(nodes, solid_->cell_count()) << tolerance;
+    }
+    most = std::max(most, nodes);
+  }
+  EXPECT_GT(most, 10u * solid_->cell_count()) << "some tolerance is worth the halving";
 }
 
 TEST_F(CellFitterTest, WhatFoldsIsAHole) {

@@ -168,7 +168,7 @@ class SharedPieces : public testing::Test {
       for (std::uint32_t row = 0; row < job_.grid.extent.rows; row += 2) {
         for (std::uint32_t column = 0; column < job_.grid.extent.columns; column += 3) {
           const Vec3 voxel(column, row, layer);
-          result.holes.insert(result.holes.end(), {pieces.is_in_hole(voxel), pieces.is_in_large_hole(voxel),
+          result.holes.insert(result.holes.end(), {pieces.is_in_hole(voxel), pieces.is_for_tiles(voxel),
                                                    pieces.parameter_in_hole(voxel).has_value()});
         }
       }

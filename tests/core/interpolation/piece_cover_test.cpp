@@ -73,6 +73,23 @@ TEST_F(PieceCoverTest, PaintNothingElse) {
   EXPECT_TRUE(rows_.for_tiles().empty());
 }
 
+// Long runs in cells that no piece pays in aren't cut into tiles: those wouldn't pay either.
+TEST_F(PieceCoverTest, LeaveLongRunsOfHolesToInversion) {
+  FoundPieces pieces(solid_, {job_.placement, job_.grid, {{0, 1e-20}}, kOutsideMm}, make_cell_node_store());
+  pieces.start(0, 16);
+  pieces.find(5, {});
+  std::vector<VoxelRun> spans;
+  for (std::uint32_t y = 0; y < job_.grid.extent.rows; ++y) spans.push_back({y, 0, job_.grid.extent.columns});
+  rows_.resolve(pieces, 5, job_.grid.extent.rows, spans, sorted_);
+  EXPECT_EQ(painted(), 0u);
+  EXPECT_TRUE(rows_.for_tiles().empty());
+  ASSERT_EQ(rows_.to_invert().size(), spans.size());
+  for (std::size_t k = 0; k < spans.size(); ++k) {
+    EXPECT_EQ(rows_.to_invert()[k].end, job_.grid.extent.columns);
+    EXPECT_TRUE(rows_.to_invert()[k].hint);
+  }
+}
+
 TEST_F(PieceCoverTest, LeaveRowsThatAreToBeInverted) {
   std::vector<VoxelRun> spans;
   for (std::uint32_t y = 0; y < job_.grid.extent.rows; ++y) spans.push_back({y, 0, job_.grid.extent.columns});

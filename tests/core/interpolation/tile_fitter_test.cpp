@@ -24,7 +24,6 @@ namespace {
 
 constexpr double kTileTolerance = 1.0 / 1024;
 constexpr double kTileOutside = 1e-5;  // mm. So little that it never matters.
-constexpr std::uint64_t kLeast = 128;
 using Outcome = TileFitter::Outcome;
 using Function = std::function<double(const Vec3&)>;
 
@@ -70,7 +69,7 @@ class TileFitterTest : public testing::Test {
   }
 
   Outcome fit(const TileParticles::Range& particles, const Box3& box) {
-    return fitter_->fit(particles, box, voxels_in(box), kLeast);
+    return fitter_->fit(particles, box, voxels_in(box));
   }
 
   /// The largest error, as a share of its tolerance, where a grid of parameters of all cells lies in the box.
