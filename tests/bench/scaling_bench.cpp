@@ -3,8 +3,8 @@
 //
 // scaling_bench: how costs grow with the mesh, with cells that a layer does not touch and with threads; preparing and
 // memory by class of cell, peak memory of whole processes, the time to the first layer, and whole jobs in printers'
-// pictures against contone ones, and strict tolerances against every voxel inverted. A table of figures, each beside its
-// bar. Exit code 1 if one is missed.
+// pictures against contone ones, and strict tolerances against every voxel inverted. A table of figures, each beside
+// its bar. Exit code 1 if one is missed.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
