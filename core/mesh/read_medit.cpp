@@ -122,8 +122,10 @@ class MeditReader {
     for (std::uint64_t i = 0; i < count; ++i) {
       for (std::uint64_t corner = 0; corner < kPyramidCorners; ++corner) vertices.push_back(read_vertex_id());
       vertices.insert(vertices.end(), 3, vertices.back());
-      add_cell(CellKind::kHex, i + 1);
+      read_reference();
+      file_.mesh.cell_kinds.push_back(CellKind::kHex);
     }
+    number_cells(count);
   }
 
   void read_high_order(const MeditCells& section) {
