@@ -107,8 +107,8 @@ double FaceSurroundings::least_thickness_mm(LimitCellId touching) const {
   return region(touching) == region(*cell_) ? thickness_of(solid_->index().cell_maps[touching]) : 0;
 }
 
-/// As meshed a channel has other slopes in the next cell. What that may come to in the shell that was found last, between
-/// the steepest that the piece and the cells beyond it have anywhere, is more than the piece's error leaves.
+/// As meshed a channel has other slopes in the next cell. What that may come to in the shell that was found last,
+/// between the steepest that the piece and the cells beyond it have anywhere, is more than the piece's error leaves.
 bool FaceSurroundings::may_kink(const Piece& piece) {
   double depth_mm = 0;
   for (const BlockShell::Quad& quad : shell_.quads()) {

@@ -10,7 +10,8 @@
 //   continuous derivatives. Only the third ones jump: by 8 times a channel's range at most a parameter of the cell
 //   beyond, as third differences of control values are within 4 times. At the depth s of that cell's thickness that is
 //   8 s^3 / 6 of the range. (In a solid that is as meshed slopes jump at every face, which counts instead, by the
-//   steepest on either side; nothing is inverted.) While it is less than what a piece's bound leaves of the tolerance, nothing need be known.
+//   steepest on either side; nothing is inverted.) While it is less than what a piece's bound leaves of the tolerance,
+//   nothing need be known.
 //   Deeper shells are looked at, and all where such a cell is of another cell region, or across a gap that ends in an
 //   edge or a vertex of both (limit/cell_gaps.h) and has a face of the boundary that looks back: the deepest places are
 //   inverted, and in these two cases those on the triangles themselves, and what lies there is compared with the

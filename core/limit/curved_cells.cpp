@@ -56,8 +56,8 @@ struct NodePlace {
   double along = 0;
 };
 
-/// Where a corner of a child (bits along its axes) lies in a cell: in the middle of what joins the child's corner of the
-/// cell to those ends.
+/// Where a corner of a child (bits along its axes) lies in a cell: in the middle of what joins the child's corner of
+/// the cell to those ends.
 NodePlace place_of(CellKind kind, std::size_t child, std::size_t bits) {
   const auto& ends = cell_topology(kind).corner_neighbours[child];
   const auto in_triangle = [&](std::size_t corner) { return kind == CellKind::kTet ? corner : corner % 3; };

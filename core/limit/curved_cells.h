@@ -40,8 +40,8 @@ namespace ccslice {
 class CurvedCells {
  public:
   /// `origins`: by vertex of `mesh`, the vertex that mid_nodes know it by; empty if it is the same. `values`: the
-  /// channels of those, vertex-major. Where a corner has another value of a channel, as it does where channels jump from
-  /// one cell region to another, nodes beside it have the mean of their corners' values.
+  /// channels of those, vertex-major. Where a corner has another value of a channel, as it does where channels jump
+  /// from one cell region to another, nodes beside it have the mean of their corners' values.
   CurvedCells(const ControlMesh& mesh, std::span<const std::uint32_t> origins, std::span<const float> values);
 
   bool any() const { return !mesh_.mid_nodes.empty(); }

@@ -155,8 +155,8 @@ class LimitSolid {
   std::uint16_t boundary_edges(LimitCellId cell) const noexcept;
   /// Their control cells are the same or share a vertex.
   bool touch(LimitCellId a, LimitCellId b) const noexcept;
-  /// Cells are taken as meshed (ControlMesh::as_meshed): positions and channels are continuous from one to the next, and
-  /// their slopes aren't.
+  /// Cells are taken as meshed (ControlMesh::as_meshed): positions and channels are continuous from one to the next,
+  /// and their slopes aren't.
   bool as_meshed() const noexcept;
   /// More than one region has cells.
   bool has_several_regions() const noexcept;

@@ -34,7 +34,8 @@ std::vector<NamedChannel> open_channels(const std::string& name, std::size_t com
 /// with a note. Throws Error{kFileSyntax} as append_channels().
 void append_file_channels(std::vector<NamedChannel> channels, const MeshLimits& limits, MeshFile& file);
 
-/// The smallest and the largest value of a channel at vertices, in all regions, and mid-nodes. REQUIRES: there are vertices.
+/// The smallest and the largest value of a channel at vertices, in all regions, and mid-nodes. REQUIRES: there are
+/// vertices.
 std::array<float, 2> channel_range(const ControlMesh& mesh, std::size_t channel);
 
 /// Adds them behind the channels that the mesh has; they don't jump across interfaces. Throws Error{kFileSyntax} if one

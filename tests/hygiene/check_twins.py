@@ -19,6 +19,7 @@ COVERED = {
     # Values and constants, without anything that a test could break.
     "block_nodes": ("block_slots_test", "constants, and the order of nodes"),
     "control_mesh": ("validate_test", "a struct of arrays"),
+    "curved_cells": ("as_meshed_test", "compared with finite elements of the textbooks there"),
     "engine_version": ("upload_test", "a constant"),
     "interpolation_spec": ("slab_materials_test", "a struct"),
     "layer_target": ("material_pass_test", "a struct; what it counts is compared there"),
