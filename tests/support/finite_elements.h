@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Finite elements by the shape functions of the textbooks (Zienkiewicz, Taylor, Zhu, "The Finite Element Method",
-// chapter 6): linear tetrahedra, wedges and hexahedra; second-order ones with nodes on their edges (10, 15 and 20 nodes), and
-// with nodes on faces and in the middle too (18 and 27). An oracle for meshes that are taken as meshed.
+// chapter 6): linear tetrahedra, wedges and hexahedra; second-order ones with nodes on their edges (10, 15 and 20
+// nodes), and with nodes on faces and in the middle too (18 and 27). An oracle for meshes that are taken as meshed.
 //
 // NATURAL COORDINATES: hexahedra -1..1 along each axis; tetrahedra the shares r, s, t of corners 1, 2, 3; wedges the
 // shares r, s of corners 1, 2, and t = -1..1 along the third axis.
