@@ -47,21 +47,21 @@ picture engine hardness 240 120 --view=-60,35 --cut y=0.5
 picture grid stiffness 240 160 --view=-60,25 --cut z=0.87 --cut x=0.5
 picture ring hardness 280 140 --view=-60,35 --cut x=0.5 --cut y=0.5
 
-# What a mesh means: the same eight cells round a bore, as a control mesh, as a part, and as meshed, side by side.
+# What a mesh means: the same sixteen cells round a bore, as a control mesh, as a part, and as meshed, side by side.
 python3 - >"$scratch/bore.vtk" <<'EOF'
 import math
-angles = [math.pi / 4 * i for i in range(8)]
+angles = [math.pi / 8 * i for i in range(16)]
 inner = [(12 * math.cos(a), 12 * math.sin(a)) for a in angles]
 outer = [(20 * x / max(abs(x), abs(y)), 20 * y / max(abs(x), abs(y))) for x, y in inner]
-print("# vtk DataFile Version 3.0\na bore of eight cells\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 32 double")
+print("# vtk DataFile Version 3.0\na bore of sixteen cells\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 64 double")
 for z in (0, 10):
     for x, y in inner + outer:
         print(x, y, z)
-print("CELLS 8 72")
-for i in range(8):
-    ring = [i, 8 + i, 8 + (i + 1) % 8, (i + 1) % 8]
-    print(8, *ring, *(16 + v for v in ring))
-print("CELL_TYPES 8\n" + "12\n" * 8, end="")
+print("CELLS 16 144")
+for i in range(16):
+    ring = [i, 16 + i, 16 + (i + 1) % 16, (i + 1) % 16]
+    print(8, *ring, *(32 + v for v in ring))
+print("CELL_TYPES 16\n" + "12\n" * 16, end="")
 EOF
 meanings=()
 for meaning in "" --part --as-meshed; do
