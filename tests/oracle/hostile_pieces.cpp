@@ -92,7 +92,7 @@ class TileSearch {
  private:
   static constexpr std::uint64_t kTileStream = 23;
   static constexpr std::size_t kMostParticles = 8;  // Of a tile.
-  static constexpr std::uint64_t kManyVoxels = 1 << 20, kFewVoxels = 128;
+  static constexpr std::uint64_t kManyVoxels = 1 << 20;
 
   Box3 random_box(HostileRandom& random) {
     const LimitCellId cell{static_cast<std::uint32_t>(random.bits() % evaluated_.solid->cell_count())};
@@ -108,7 +108,7 @@ class TileSearch {
     TileParticles& particles = fitter_.particles();
     particles.clear();
     const TileParticles::Range range = particles.enter(box, kManyVoxels, {});
-    if (fitter_.fit(range, box, kManyVoxels, kFewVoxels) != TileFitter::Outcome::kFits) return;
+    if (fitter_.fit(range, box, kManyVoxels) != TileFitter::Outcome::kFits) return;
     const std::span<const std::uint32_t> members = particles.members(range);
     for (const std::uint32_t m : members.first(std::min(members.size(), kMostParticles))) {
       for (std::size_t c = 0; c < evaluated_.spec.channels.size(); ++c) search(box, particles[m], c);
