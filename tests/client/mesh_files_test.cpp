@@ -208,19 +208,20 @@ TEST(MeshFiles, AreSharpenedByAngle) {
   box.sharp_edges.clear();
   box.sharp_vertices.clear();
   write_file(path, to_proto(box).SerializeAsString());
-  const LoadedMesh sharp = load_mesh({.mesh = path, .sharp = {.angle_deg = 90}});
+  const LoadedMesh sharp = load_mesh({.mesh = path, .meaning = {.sharp = {.angle_deg = 90}}});
   EXPECT_GE(sharp.mesh.sharp_edges.size(), 12u);
   ASSERT_EQ(sharp.warnings.size(), 1u);
   EXPECT_THAT(sharp.warnings[0], HasSubstr("convex edges"));
   EXPECT_NE(sharp.bytes->id(), load_mesh({.mesh = path}).bytes->id());
-  EXPECT_TRUE(load_mesh({.mesh = path, .sharp = {.angle_deg = 91}}).mesh.sharp_edges.empty());
-  EXPECT_THAT(error_of({.mesh = path, .sharp = {.angle_deg = 0}}), HasSubstr("--sharp-angle takes degrees"));
+  EXPECT_TRUE(load_mesh({.mesh = path, .meaning = {.sharp = {.angle_deg = 91}}}).mesh.sharp_edges.empty());
+  EXPECT_THAT(error_of({.mesh = path, .meaning = {.sharp = {.angle_deg = 0}}}),
+              HasSubstr("--sharp-angle takes degrees"));
 }
 
 TEST(MeshFiles, ReentrantEdgesAreTaggedOnDemandAndWarnedAbout) {
   const std::string house = fixture("meshio.mesh");  // Has a bend between its roof and the gable's tetrahedron.
-  const LoadedMesh convex = load_mesh({.mesh = house, .sharp = {.angle_deg = 20}});
-  const LoadedMesh all = load_mesh({.mesh = house, .sharp = {.angle_deg = 20, .reentrant = true}});
+  const LoadedMesh convex = load_mesh({.mesh = house, .meaning = {.sharp = {.angle_deg = 20}}});
+  const LoadedMesh all = load_mesh({.mesh = house, .meaning = {.sharp = {.angle_deg = 20, .reentrant = true}}});
   ASSERT_EQ(convex.warnings.size(), 1u);
   EXPECT_THAT(convex.warnings[0], HasSubstr("stay smooth (--sharp-reentrant)"));
   ASSERT_EQ(all.warnings.size(), 2u);
@@ -231,7 +232,7 @@ TEST(MeshFiles, ReentrantEdgesAreTaggedOnDemandAndWarnedAbout) {
 TEST(MeshFiles, AreSharpenedByAList) {
   const TemporaryFolder folder;
   const std::string list = (folder.path() / "sharp.txt").string();
-  const MeshOptions options{.mesh = fixture("meshio.mesh"), .sharp = {.file = list}};
+  const MeshOptions options{.mesh = fixture("meshio.mesh"), .meaning = {.sharp = {.file = list}}};
   write_file(list, "# the front edge and a corner\n0 1\n10\n");
   const LoadedMesh sharp = load_mesh(options);
   EXPECT_THAT(sharp.mesh.sharp_edges, ElementsAre(std::array<std::uint32_t, 2>{0, 1}));
@@ -259,8 +260,8 @@ TEST(MeshFiles, IdsOfUploadedMeshesTakeNoChanges) {
   const std::string id = "sha256:" + std::string(64, '0');
   EXPECT_TRUE(names_mesh_id({.mesh = id}));
   EXPECT_THROW(names_mesh_id({.mesh = id, .size = {.units = "mm"}}), UsageError);
-  EXPECT_THROW(names_mesh_id({.mesh = id, .sharp = {.angle_deg = 40}}), UsageError);
-  EXPECT_THROW(names_mesh_id({.mesh = id, .sharp = {.file = "list.txt"}}), UsageError);
+  EXPECT_THROW(names_mesh_id({.mesh = id, .meaning = {.sharp = {.angle_deg = 40}}}), UsageError);
+  EXPECT_THROW(names_mesh_id({.mesh = id, .meaning = {.sharp = {.file = "list.txt"}}}), UsageError);
 }
 
 }  // namespace

@@ -115,7 +115,8 @@ TEST_F(SizedFile, SharpEdgesCountBeforeSizes) {
   ControlMesh box = make_box();
   box.sharp_edges.clear();
   box.sharp_vertices.clear();
-  const LoadedMesh sharp = load_mesh({.mesh = file_of(box), .size = {.size = "x=48"}, .sharp = {.angle_deg = 40}});
+  const LoadedMesh sharp =
+      load_mesh({.mesh = file_of(box), .size = {.size = "x=48"}, .meaning = {.sharp = {.angle_deg = 40}}});
   EXPECT_NEAR(limit_box(sharp.mesh).sizes().x(), 48, 1e-7);
   EXPECT_TRUE(sharp.mesh.positions[1].isApprox(2 * box.positions[1], 1e-9)) << "a sharp box fills its control mesh";
 }
