@@ -44,7 +44,7 @@ class CurvedCells {
   /// from one cell region to another, nodes beside it have the mean of their corners' values.
   CurvedCells(const ControlMesh& mesh, std::span<const std::uint32_t> origins, std::span<const float> values);
 
-  bool any() const { return !mesh_.mid_nodes.empty(); }
+  bool any() const { return mesh_.as_meshed && !mesh_.mid_nodes.empty(); }
   /// The cell has a node on an edge, on a face or in its middle.
   bool is_curved(ControlCellId cell) const { return any() && curved_[cell] != 0; }
 

@@ -56,6 +56,7 @@ std::array<float, 2> channel_range(const ControlMesh& mesh, std::size_t channel)
     range = {std::min(range[0], mesh.channel_values[at]), std::max(range[1], mesh.channel_values[at])};
   }
   for (const std::vector<float>* others : {&mesh.region_values, &mesh.mid_nodes.values}) {
+    if (others == &mesh.mid_nodes.values && !mesh.as_meshed) break;
     for (std::size_t at = channel; at < others->size(); at += mesh.channel_count()) {
       range = {std::min(range[0], (*others)[at]), std::max(range[1], (*others)[at])};
     }

@@ -234,11 +234,7 @@ void check_missed_vertices(const ControlMesh& mesh, const std::string& bound) {
 
 /// What is sharp, fitted or curved goes with one way to take a mesh alone. mid_nodes.h has the rest.
 void check_as_meshed(const ControlMesh& mesh) {
-  if (!mesh.as_meshed) {
-    if (mesh.mid_nodes.empty()) return;
-    throw Error(ErrorCode::kMeshBadMidNode, "mid-nodes go with as_meshed alone: set it, or leave them out",
-                "edge_node_vertices");
-  }
+  if (!mesh.as_meshed) return;
   const auto refuse = [](const char* field) {
     throw Error(ErrorCode::kMeshBadSharpFeature,
                 std::string(field) + " can't go with as_meshed, which smooths nothing: leave one of them out", field);

@@ -24,7 +24,8 @@ struct MissedVertex {
   Vec3 position = Vec3::Zero();
 };
 
-/// Nodes of second-order cells between their corners: of edges, of quadrilaterals, of hexahedra.
+/// Nodes of second-order cells between their corners: of edges, of quadrilaterals, of hexahedra. They count in meshes
+/// that are taken as meshed only.
 struct MidNodes {
   std::vector<std::array<std::uint32_t, 2>> edges;  // By their two vertices, the lesser first. Ascending, each once.
   std::vector<std::array<std::uint32_t, 4>> faces;  // Quadrilaterals by their vertices, ascending. Likewise.

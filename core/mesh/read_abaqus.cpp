@@ -366,8 +366,7 @@ void AbaqusReader::warn() {
   const auto solids = std::ranges::count_if(
       instances_, [&](const AbaqusInstance& instance) { return !parts_[instance.part].cells.kinds.empty(); });
   if (solids > 1) {
-    file_.warnings.push_back(std::to_string(solids) +
-                             " instances placed; they stay separate parts, also where they touch");
+    file_.warnings.push_back(std::to_string(solids) + " instances placed");
   }
   std::set<std::string> other_types;
   for (const auto& [type, count] : other_types_) other_types.insert(type + " (" + std::to_string(count) + ")");

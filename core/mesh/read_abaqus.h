@@ -3,7 +3,7 @@
 //
 // Abaqus input files .inp, as Abaqus's keywords guide and CalculiX's manual have them: *NODE and *ELEMENT, in the file
 // itself, in files that it includes (*INCLUDE, INPUT=), or in parts (*PART) that an assembly places (*INSTANCE: a
-// translation, then a rotation). Instances stay separate parts where they touch.
+// translation, then a rotation). Instances have nodes of their own where they touch.
 //
 // Read: solids of 4 to 6 and 8 nodes (C3D4 to C3D8 and their variants, DC3D..., AC3D..., EC3D..., SC6R, SC8R), and
 // those of second order (10, 15 to 18, 20 to 27 nodes) by their corners. Left out and reported: all other elements,

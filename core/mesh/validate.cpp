@@ -267,7 +267,7 @@ ConnectedMesh validate_and_connect(ControlMesh& mesh, const MeshLimits& limits, 
   check_vertices(complex, cancel);
   check_sharp_edges(mesh, complex);
   check_sharp_vertices(mesh, complex);
-  check_mid_nodes(mesh, complex);
+  if (mesh.as_meshed) check_mid_nodes(mesh, complex);
   Orientation found = orient(mesh, complex, cancel);
   if (!mesh.allow_folds) {
     Offenders inverted;

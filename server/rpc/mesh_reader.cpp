@@ -102,6 +102,10 @@ class MeshReader {
     if (mesh_.cell_vertices.size() != corners) {
       mismatch("cell_vertices", mesh_.cell_vertices.size(), "cell_kinds asks for " + std::to_string(corners));
     }
+    if (!mesh_.as_meshed && !mesh_.mid_nodes.empty()) {
+      throw Error(ErrorCode::kMeshBadMidNode, "mid-nodes go with as_meshed alone: set it, or leave them out",
+                  "edge_node_vertices");
+    }
     join_missed();
     return std::move(mesh_);
   }

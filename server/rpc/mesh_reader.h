@@ -25,7 +25,7 @@ inline constexpr std::uint64_t kReadMemoryPerByte = 12;
 
 /// `blocks`: the bytes, cut anywhere. REQUIRES: less than 2 GiB. Throws Error{kMeshMalformed, kMeshUnknownField,
 /// kMeshArrayMismatch, kMeshUnsupportedCell, kMeshUnknownCellKind, kMeshTooLarge, kMeshBadChannel, kMeshBadCellRegion,
-/// kCancelled}.
+/// kMeshBadMidNode, kCancelled}.
 ControlMesh read_control_mesh(const std::vector<std::string>& blocks, const MeshLimits& limits = {},
                               const CancellationToken& cancel = {});
 

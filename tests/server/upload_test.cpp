@@ -207,6 +207,14 @@ void add_missed(v1::ControlMesh& mesh, std::initializer_list<std::uint32_t> vert
   }
 }
 
+/// A mid-node, with a value of the mesh's channel.
+void add_edge_node(v1::ControlMesh& mesh, std::uint32_t a, std::uint32_t b) {
+  mesh.set_as_meshed(true);
+  for (const std::uint32_t vertex : {a, b}) mesh.add_edge_node_vertices(vertex);
+  for (int i = 0; i < 3; ++i) mesh.add_node_positions_mm(1);
+  mesh.add_node_values(1);
+}
+
 INSTANTIATE_TEST_SUITE_P(UploadMesh, RefusedMesh,
                          ::testing::Values(BadMesh{"MESH_NON_FINITE", "positions_mm[4]",
                                                    [](v1::ControlMesh& mesh) {
@@ -243,6 +251,25 @@ INSTANTIATE_TEST_SUITE_P(UploadMesh, RefusedMesh,
                                                      add_missed(mesh, {3});
                                                      mesh.add_missed_positions_mm(1);
                                                    }},
+                                           BadMesh{"MESH_BAD_MID_NODE", "edge_node_vertices",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     add_edge_node(mesh, 0, 1);
+                                                     mesh.set_as_meshed(false);
+                                                   }},
+                                           BadMesh{"MESH_BAD_MID_NODE", "edge_node_vertices",
+                                                   [](v1::ControlMesh& mesh) { add_edge_node(mesh, 0, 26); }},
+                                           BadMesh{"MESH_ARRAY_MISMATCH", "node_values",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     add_edge_node(mesh, 0, 1);
+                                                     mesh.add_node_values(1);
+                                                   }},
+                                           BadMesh{"MESH_ARRAY_MISMATCH", "face_node_vertices",
+                                                   [](v1::ControlMesh& mesh) { mesh.add_face_node_vertices(1); }},
+                                           BadMesh{"MESH_BAD_SHARP_FEATURE", "sharp_vertices",
+                                                   [](v1::ControlMesh& mesh) {
+                                                     mesh.set_as_meshed(true);
+                                                     mesh.add_sharp_vertices(0);
+                                                   }},
                                            BadMesh{"MESH_ARRAY_MISMATCH", "missed_vertices",
                                                    [](v1::ControlMesh& mesh) {
                                                      add_missed(mesh, {3});
@@ -264,8 +291,9 @@ INSTANTIATE_TEST_SUITE_P(UploadMesh, RefusedMesh,
                                                    [](v1::ControlMesh& mesh) {
                                                      mesh.set_cell_kinds(3, v1::CELL_KIND_UNSPECIFIED);
                                                    }},
-                                           BadMesh{"MESH_ARRAY_MISMATCH", "positions_mm",
-                                                   [](v1::ControlMesh& mesh) { mesh.add_positions_mm(1); }},
+                                           BadMesh{
+                                               "MESH_ARRAY_MISMATCH", "positions_mm",
+                                               [](v1::ControlMesh& mesh) { mesh.add_positions_mm(1); }},
                                            BadMesh{"MESH_ARRAY_MISMATCH", "cell_vertices",
                                                    [](v1::ControlMesh& mesh) { mesh.add_cell_vertices(1); }},
                                            BadMesh{"MESH_ARRAY_MISMATCH", "sharp_edges",

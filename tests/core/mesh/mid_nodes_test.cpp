@@ -109,7 +109,6 @@ TEST(MidNodes, ThatCantBeAreRefused) {
       EXPECT_THAT(error.what(), HasSubstr(text));
     }
   };
-  refuse([](ControlMesh& mesh) { mesh.as_meshed = false; }, ErrorCode::kMeshBadMidNode, "go with as_meshed alone");
   refuse(
       [](ControlMesh& mesh) {
         mesh.sharp_edges = {{0, 1}};

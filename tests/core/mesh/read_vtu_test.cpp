@@ -206,7 +206,7 @@ TEST(ReadVtu, TakesCellsOfSecondOrderByTheirCorners) {
     EXPECT_EQ(file.mesh.vertex_count(), static_cast<std::size_t>(corner_count(kind))) << type;
     EXPECT_EQ(file.mesh.positions.back().x(), corner_count(kind) - 1);
     EXPECT_FALSE(file.mesh.mid_nodes.empty());
-    EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("cells of second order")));
+    EXPECT_TRUE(file.warnings.empty());
   }
 }
 

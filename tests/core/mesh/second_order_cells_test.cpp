@@ -74,9 +74,8 @@ TEST_P(BentHouse, KeepsEveryNodeAtItsPlace) {
   EXPECT_EQ(next, nodes.positions.size());
 }
 
-TEST_P(BentHouse, SaysWhatItTakesByCornersAndNothingOfNodesInDifferentPlaces) {
+TEST_P(BentHouse, SaysNothingOfNodesInDifferentPlaces) {
   const MeshFile file = read_house(GetParam());
-  EXPECT_THAT(file.warnings, Contains(HasSubstr("3 cells ")));
   EXPECT_THAT(file.warnings, Each(Not(HasSubstr("several nodes"))));
   EXPECT_THAT(file.warnings, Each(Not(HasSubstr("no cell uses"))));
   ControlMesh mesh = file.mesh;
