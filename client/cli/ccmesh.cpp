@@ -39,6 +39,21 @@ void read_regions(JsonScanner& scanner, RepeatedField<std::uint32_t>& regions) {
   read_numbers(scanner, regions, [&] { return scanner.integer("a cell region's index (from 0)", 0, kMostItems); });
 }
 
+void read_cells(JsonScanner& scanner, RepeatedField<std::uint32_t>& cells) {
+  constexpr auto kLargest = std::numeric_limits<std::uint32_t>::max();
+  read_numbers(scanner, cells, [&] { return scanner.integer("a cell's number (from 0)", 0, kLargest); });
+}
+
+void read_coordinates(JsonScanner& scanner, RepeatedField<double>& coordinates) {
+  read_numbers(scanner, coordinates, [&] { return scanner.real("a coordinate"); });
+}
+
+void read_values(JsonScanner& scanner, std::string_view expected, RepeatedField<float>& values) {
+  read_numbers(scanner, values, [&] { return scanner.real_float(expected); });
+}
+
+bool read_flag(JsonScanner& scanner) { return scanner.boolean("true or false"); }
+
 int read_kind(JsonScanner& scanner) {
   constexpr std::string_view kExpected = "a cell's kind, such as \"CELL_KIND_HEX\"";
   if (!scanner.at_string()) return static_cast<int>(scanner.integer(kExpected, 0, std::numeric_limits<int>::max()));
@@ -49,13 +64,11 @@ int read_kind(JsonScanner& scanner) {
 
 void read_field(JsonScanner& scanner, int field, v1::ControlMesh& mesh) {
   switch (field) {
-    case v1::ControlMesh::kPositionsMmFieldNumber:
-      return read_numbers(scanner, *mesh.mutable_positions_mm(), [&] { return scanner.real("a coordinate"); });
+    case v1::ControlMesh::kPositionsMmFieldNumber: return read_coordinates(scanner, *mesh.mutable_positions_mm());
     case v1::ControlMesh::kChannelNamesFieldNumber:
       return for_each_item(scanner, [&] { mesh.add_channel_names(scanner.string("a channel's name")); });
     case v1::ControlMesh::kChannelValuesFieldNumber:
-      return read_numbers(scanner, *mesh.mutable_channel_values(),
-                          [&] { return scanner.real_float("a channel's value"); });
+      return read_values(scanner, "a channel's value", *mesh.mutable_channel_values());
     case v1::ControlMesh::kCellKindsFieldNumber:
       return read_numbers(scanner, *mesh.mutable_cell_kinds(), [&] { return read_kind(scanner); });
     case v1::ControlMesh::kCellVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_cell_vertices());
@@ -69,13 +82,20 @@ void read_field(JsonScanner& scanner, int field, v1::ControlMesh& mesh) {
     case v1::ControlMesh::kRegionValueRegionsFieldNumber:
       return read_regions(scanner, *mesh.mutable_region_value_regions());
     case v1::ControlMesh::kRegionValuesFieldNumber:
-      return read_numbers(scanner, *mesh.mutable_region_values(),
-                          [&] { return scanner.real_float("a channel's value in a region"); });
-    case v1::ControlMesh::kAllowFoldsFieldNumber: return mesh.set_allow_folds(scanner.boolean("true or false"));
-    case v1::ControlMesh::kInterpolatingFieldNumber: return mesh.set_interpolating(scanner.boolean("true or false"));
+      return read_values(scanner, "a channel's value in a region", *mesh.mutable_region_values());
+    case v1::ControlMesh::kAllowFoldsFieldNumber: return mesh.set_allow_folds(read_flag(scanner));
+    case v1::ControlMesh::kInterpolatingFieldNumber: return mesh.set_interpolating(read_flag(scanner));
     case v1::ControlMesh::kMissedVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_missed_vertices());
     case v1::ControlMesh::kMissedPositionsMmFieldNumber:
-      return read_numbers(scanner, *mesh.mutable_missed_positions_mm(), [&] { return scanner.real("a coordinate"); });
+      return read_coordinates(scanner, *mesh.mutable_missed_positions_mm());
+    case v1::ControlMesh::kAsMeshedFieldNumber: return mesh.set_as_meshed(read_flag(scanner));
+    case v1::ControlMesh::kEdgeNodeVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_edge_node_vertices());
+    case v1::ControlMesh::kFaceNodeVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_face_node_vertices());
+    case v1::ControlMesh::kCellNodeCellsFieldNumber: return read_cells(scanner, *mesh.mutable_cell_node_cells());
+    case v1::ControlMesh::kNodePositionsMmFieldNumber:
+      return read_coordinates(scanner, *mesh.mutable_node_positions_mm());
+    case v1::ControlMesh::kNodeValuesFieldNumber:
+      return read_values(scanner, "a channel's value", *mesh.mutable_node_values());
     default: throw Error(ErrorCode::kInternal, "a field of ControlMesh that the JSON reader lacks");
   }
 }
@@ -171,6 +191,12 @@ std::string to_json(const v1::ControlMesh& mesh) {
   if (mesh.interpolating()) json.member("interpolating", true);
   write_list(json, "missedVertices", mesh.missed_vertices(), write_plain);
   write_list(json, "missedPositionsMm", mesh.missed_positions_mm(), write_real);
+  if (mesh.as_meshed()) json.member("asMeshed", true);
+  write_list(json, "edgeNodeVertices", mesh.edge_node_vertices(), write_plain);
+  write_list(json, "faceNodeVertices", mesh.face_node_vertices(), write_plain);
+  write_list(json, "cellNodeCells", mesh.cell_node_cells(), write_plain);
+  write_list(json, "nodePositionsMm", mesh.node_positions_mm(), write_real);
+  write_list(json, "nodeValues", mesh.node_values(), write_real);
   return json.end_object().text();
 }
 

@@ -71,12 +71,22 @@ MeshFormat format_of(const ConvertOptions& options) {
 /// The mesh with copies of the vertices on interfaces, which have channels of their own.
 ControlMesh split_regions(ControlMesh mesh) {
   const ConnectedMesh checked = validate_and_connect(mesh, {}, {});
-  return split_cell_regions(mesh, checked.complex).mesh;
+  ControlMesh split = split_cell_regions(mesh, checked.complex).mesh;
+  split.mid_nodes = {};  // They go by the vertices of before.
+  return split;
+}
+
+std::string show_mid_nodes(const MidNodes& nodes) {
+  return show_count(nodes.positions.size()) + " nodes between corners";
 }
 
 /// The limit, by the limit points of cells that are refined so many times.
 std::string limit_as_vtu(ControlMesh mesh, int times) {
   constexpr std::size_t kMostCells = 20'000'000;
+  if (!mesh.mid_nodes.empty()) {
+    throw UsageError("--limit takes cells with straight edges, and these have " + show_mid_nodes(mesh.mid_nodes) +
+                     ": give --bezier instead, which writes curved cells");
+  }
   if (has_several_regions(mesh)) mesh = split_regions(std::move(mesh));
   const std::size_t cells = refined_cell_count(mesh, times);
   if (cells > kMostCells) {
@@ -110,11 +120,12 @@ std::string content_of(const LoadedMesh& mesh, MeshFormat format, const ConvertO
 void note_losses(const ControlMesh& mesh, const ConvertOptions& options, std::vector<std::string>& notes) {
   if (options.limit || options.bezier) return;  // To look at.
   std::string lost;
-  if (!mesh.sharp_edges.empty()) lost = show_count(mesh.sharp_edges.size()) + " sharp edges";
-  if (!mesh.sharp_vertices.empty()) {
-    lost += (lost.empty() ? "" : ", ") + show_count(mesh.sharp_vertices.size()) + " sharp corners";
-  }
-  if (mesh.interpolating) lost += std::string(lost.empty() ? "" : ", ") + "that control points were fitted";
+  const auto lose = [&](const std::string& what) { lost += (lost.empty() ? "" : ", ") + what; };
+  if (!mesh.sharp_edges.empty()) lose(show_count(mesh.sharp_edges.size()) + " sharp edges");
+  if (!mesh.sharp_vertices.empty()) lose(show_count(mesh.sharp_vertices.size()) + " sharp corners");
+  if (mesh.interpolating) lose("that control points were fitted");
+  if (mesh.as_meshed) lose("that the mesh is taken as meshed");
+  if (!vtu_keeps_mid_nodes(mesh)) lose(show_mid_nodes(mesh.mid_nodes));
   if (lost.empty()) return;
   notes.push_back(".vtu files don't keep: " + lost + "; write a .ccmesh or a .json to slice the part as it is");
 }

@@ -259,6 +259,7 @@ void add_json(const v1::LimitDeviation& deviation, JsonWriter& json, const FileN
   json.member("farthest_distance_mm", deviation.farthest_distance_mm());
   json.member("farthest_on_interface", deviation.farthest_on_interface());
   json.member("interpolating", deviation.interpolating());
+  if (deviation.as_meshed()) json.member("as_meshed", true);
   json.member("vertex_limits_volume_mm3", deviation.vertex_limits_volume_mm3());
   json.member("rounded_edges", deviation.rounded_edges());
   if (deviation.has_rounded_edge_mm()) {

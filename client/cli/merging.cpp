@@ -35,6 +35,11 @@ void add_join_notes(const JoinReport& report, double distance_mm, std::vector<st
                     mm_text(chain.length_mm) + " long, round " + place_in_mm(chain.place) +
                     "; if that isn't meant, give a smaller --merge-points");
   }
+  if (report.disagreeing_edges > 0) {
+    notes.push_back(show_count(report.disagreeing_edges, "edge") +
+                    " or faces of joined cells have nodes in their middle that disagree in a channel; the first of "
+                    "each is taken");
+  }
   if (report.bent_edges > 0) {
     notes.push_back(show_count(report.bent_edges, "edge") +
                     " or faces of joined cells have nodes in their middle that are up to " +
@@ -142,11 +147,16 @@ ConnectedMesh validate_split(const MergeOptions& options, ControlMesh& checked, 
     places += (places.empty() ? "" : " and ") +
               (report.vertices == 1 ? "1 vertex" : show_count(report.vertices) + " vertices");
   }
+  const ConnectedParts parts = count_parts(mesh);
   std::string note = "the mesh touches itself in " + places + ", the first at " + place_in_mm(report.first) +
                      ": each side has vertices of its own there, " + show_count(report.new_vertices) + " more in all";
   if (report.faces > 0) {
     note += ", and " + show_count(report.faces, "face") + " between cells " + (report.faces == 1 ? "is" : "are") +
             " parted too, as the sides hang together all round";
+  }
+  if (parts.count > 1) {
+    note += "; that makes " + show_count(parts.count) + " separate parts, " + show_count(parts.of_one_cell) +
+            " of them of one cell";
   }
   notes.push_back(note + " (--no-split refuses such meshes)");
   checked = mesh;

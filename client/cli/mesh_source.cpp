@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -149,6 +150,16 @@ void refuse_second_fit(const MeshOptions& options) {
                    " are fitted already: say what it means with the mesh that they were fitted to");
 }
 
+/// By how much --size is about to scale a part whose limit is about as large as its mesh.
+double size_factor(const Sizing& sizing, const Vec3& scale, const ControlMesh& mesh) {
+  if (!sizing.side_mm) return 1;
+  Box3 box;
+  for (const Vec3& position : mesh.positions) box.extend(position);
+  const Vec3 sides = box.sizes().cwiseProduct(scale.cwiseAbs());
+  const double side = sizing.axis ? sides[*sizing.axis] : sides.maxCoeff();
+  return side > 0 ? *sizing.side_mm / side : 1;
+}
+
 /// The fitted mesh beside the one that is meant, if control points are fitted, or were before and are to be graded.
 std::optional<FittedMesh> fit(const MeshOptions& options, const Changes& changes, LoadedMesh& loaded, bool quiet) {
   ControlMesh& mesh = loaded.mesh;
@@ -157,7 +168,10 @@ std::optional<FittedMesh> fit(const MeshOptions& options, const Changes& changes
   if (fits && mesh.vertex_count() >= kManyVertices && !quiet) {
     print_note("fitting control points to " + show_count(mesh.vertex_count()) + " vertices");
   }
-  if (options.meaning.part) return fit_part(options.meaning, options.scale, mesh, quiet, loaded.warnings);
+  if (options.meaning.part) {
+    const Vec3 scale = size_factor(changes.sizing, options.scale, mesh) * options.scale;
+    return fit_part(options.meaning, scale, mesh, quiet, loaded.warnings);
+  }
   if (changes.fit) {
     FittedMesh fitted(mesh, *changes.fit, quiet);
     refuse_rounded_edges(options.meaning, fitted);
@@ -174,14 +188,18 @@ void add_grades(const std::vector<Grade>& grades, const Vec3& scale, const Vec3&
   if (grades.empty()) return;
   std::vector<Vec3> unscaled;  // If that isn't what they are.
   if (scale != Vec3::Ones()) {
-    unscaled = mesh.positions;
-    for (Vec3& position : mesh.positions) position = (position + unmirrored).cwiseProduct(scale.cwiseAbs());
+    for_each_place(mesh, [&](Vec3& place) {
+      unscaled.push_back(place);
+      place = (place + unmirrored).cwiseProduct(scale.cwiseAbs());
+    });
   }
   for (const Grade& grade : grades) {
     const double deepest_mm = apply_grade(grade, mesh);
     if (grade.field == GradeField::kDistance) notes.push_back(depth_note(grade, deepest_mm));
   }
-  if (!unscaled.empty()) mesh.positions = std::move(unscaled);
+  if (unscaled.empty()) return;
+  auto place_before = unscaled.begin();
+  for_each_place(mesh, [&](Vec3& place) { place = *place_before++; });
 }
 
 /// Lists of vertices count those that the file has, so what they say is done before points are joined. Fitted control
@@ -262,14 +280,32 @@ bool changes_mesh(const MeshOptions& options, const Changes& changes) {
          !options.regions_from.empty() || !changes.averaged.empty();
 }
 
+/// What is sharp already can't be taken as meshed, which a part may come to.
+void refuse_sharp_meshes(const MeshOptions& options, const ControlMesh& mesh) {
+  const bool may_be_meshed = options.meaning.as_meshed || options.meaning.part || mesh.as_meshed;
+  if (may_be_meshed && mesh.interpolating) refuse_second_fit(options);
+  if (mesh.as_meshed && (options.meaning.sharp.any() || !options.meaning.interpolate.empty())) {
+    throw UsageError(options.mesh + " is taken as meshed: leave out --sharp-... and --interpolate");
+  }
+  if (!may_be_meshed || (mesh.sharp_edges.empty() && mesh.sharp_vertices.empty())) return;
+  throw UsageError(options.mesh +
+                   " has sharp edges or vertices of its own: give --as-meshed and --part with the mesh "
+                   "that has none");
+}
+
 /// Makes of a file's points and its numbers of cells what the options say. Says whether points were joined.
 bool merge_and_mark(const MeshOptions& options, const Changes& changes, bool is_contract, MeshFile& file) {
   check_channel_names(file.mesh);
   file.mesh.allow_folds = file.mesh.allow_folds || options.allow_folds;
   apply_units(changes.sizing, file.mesh);
+  refuse_sharp_meshes(options, file.mesh);
   // A .ccmesh says itself how it is taken, and a part may turn out to be taken as meshed.
   if (!file.mesh.as_meshed) take_as(options.meaning.as_meshed || options.meaning.part, file.mesh, file.warnings);
-  if (is_contract) check_arrays(file.mesh, {}, {});  // Readers check what they read.
+  if (is_contract) {  // Readers check what they read, and places may still be brought near.
+    MeshLimits limits;
+    limits.max_abs_coordinate_mm = std::numeric_limits<double>::infinity();
+    check_arrays(file.mesh, limits, {});
+  }
   if (!options.regions_from.empty()) make_cell_regions(options.regions_from, file);
   take_lists(options, changes, file);
   const bool joined = merge_points(options.merge, is_contract, file);

@@ -3,6 +3,8 @@
 
 #include "client/cli/vtu_file.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstring>
@@ -13,6 +15,7 @@
 
 #include "client/cli/xml.h"
 #include "core/mesh/cell_kind.h"
+#include "core/mesh/mid_nodes.h"
 
 namespace ccslice::cli {
 namespace {
@@ -80,7 +83,7 @@ void add_cells(XmlWriter& xml, const std::vector<std::int64_t>& points, const Si
                const std::vector<std::uint8_t>& types) {
   std::vector<std::int64_t> offsets;
   std::int64_t end = 0;
-  for (const auto size : sizes) offsets.push_back(end += size);
+  for (const auto size : sizes) offsets.push_back(end += static_cast<std::int64_t>(size));
   xml.begin("Cells");
   add_array(xml, "connectivity", points);
   add_array(xml, "offsets", offsets);
@@ -88,14 +91,50 @@ void add_cells(XmlWriter& xml, const std::vector<std::int64_t>& points, const Si
   xml.end();
 }
 
-void add_control_cells(XmlWriter& xml, const ControlMesh& mesh) {
-  std::vector<std::uint8_t> types;
-  std::vector<int> sizes;
-  for (const CellKind kind : mesh.cell_kinds) {
-    sizes.push_back(corner_count(kind));
-    types.push_back(static_cast<std::uint8_t>(kCellKinds[static_cast<std::size_t>(kind)].vtk_type));
+/// The nodes of a cell's edges, in VTK's order, as points: they follow after the vertices. Edges without one are left
+/// out.
+std::vector<std::int64_t> edge_nodes(const ControlMesh& mesh, CellKind kind, std::span<const std::uint32_t> corners) {
+  std::vector<std::int64_t> points;
+  const auto& edges = mesh.mid_nodes.edges;
+  for (const auto& [a, b] : mid_edges(kind)) {
+    const auto [first, last] = std::minmax(corners[a], corners[b]);
+    const std::array<std::uint32_t, 2> edge = {first, last};
+    const auto found = std::ranges::lower_bound(edges, edge);
+    if (found == edges.end() || *found != edge) continue;
+    points.push_back(static_cast<std::int64_t>(mesh.vertex_count()) + (found - edges.begin()));
   }
-  add_cells(xml, {mesh.cell_vertices.begin(), mesh.cell_vertices.end()}, sizes, types);
+  return points;
+}
+
+template <typename Visit>
+void for_each_control_cell(const ControlMesh& mesh, Visit visit) {
+  std::size_t begin = 0;
+  for (const CellKind kind : mesh.cell_kinds) {
+    const auto corners = static_cast<std::size_t>(corner_count(kind));
+    visit(kind, std::span(mesh.cell_vertices).subspan(begin, corners));
+    begin += corners;
+  }
+}
+
+std::uint8_t vtk_type_of(CellKind kind, bool second_order) {
+  if (!second_order) return static_cast<std::uint8_t>(kCellKinds[static_cast<std::size_t>(kind)].vtk_type);
+  constexpr std::uint8_t kQuadraticTetra = 24, kQuadraticHexahedron = 25, kQuadraticWedge = 26;
+  if (kind == CellKind::kHex) return kQuadraticHexahedron;
+  return kind == CellKind::kTet ? kQuadraticTetra : kQuadraticWedge;
+}
+
+void add_control_cells(XmlWriter& xml, const ControlMesh& mesh, bool with_nodes) {
+  std::vector<std::int64_t> points;
+  std::vector<std::uint8_t> types;
+  std::vector<std::size_t> sizes;
+  for_each_control_cell(mesh, [&](CellKind kind, std::span<const std::uint32_t> corners) {
+    points.insert(points.end(), corners.begin(), corners.end());
+    const auto nodes = with_nodes ? edge_nodes(mesh, kind, corners) : std::vector<std::int64_t>();
+    points.insert(points.end(), nodes.begin(), nodes.end());
+    sizes.push_back(corners.size() + nodes.size());
+    types.push_back(vtk_type_of(kind, !nodes.empty()));
+  });
+  add_cells(xml, points, sizes, types);
 }
 
 /// Where VTK has point (i, j, k) of a hexahedron of degree 3: corners, then the points of edges, faces, the inside
@@ -194,14 +233,40 @@ void begin_piece(XmlWriter& xml, std::string_view version, std::size_t points, s
   xml.begin("Piece").attribute("NumberOfPoints", points).attribute("NumberOfCells", cells);
 }
 
+/// The items and then more of them, all in `room`; without more the items where they are, which may be many.
+template <typename T>
+const std::vector<T>& concatenated(const std::vector<T>& items, const std::vector<T>& more, std::vector<T>& room) {
+  if (more.empty()) return items;
+  room = items;
+  room.insert(room.end(), more.begin(), more.end());
+  return room;
+}
+
 }  // namespace
 
+bool vtu_keeps_mid_nodes(const ControlMesh& mesh) {
+  const MidNodes& nodes = mesh.mid_nodes;
+  if (nodes.empty()) return true;
+  bool keeps = nodes.faces.empty() && nodes.cells.empty() && mesh.region_value_vertices.empty();
+  for_each_control_cell(mesh, [&](CellKind kind, std::span<const std::uint32_t> corners) {
+    if (!keeps) return;
+    const std::size_t count = edge_nodes(mesh, kind, corners).size();
+    keeps = count == 0 || count == mid_edges(kind).size();
+  });
+  return keeps;
+}
+
 std::string to_vtu(const ControlMesh& mesh, std::span<const std::uint32_t> control_cells) {
+  const bool with_nodes = !mesh.mid_nodes.empty() && vtu_keeps_mid_nodes(mesh);
+  const MidNodes nodes = with_nodes ? mesh.mid_nodes : MidNodes();
+  std::vector<Vec3> point_room;
+  std::vector<float> value_room;
+  const std::vector<Vec3>& points = concatenated(mesh.positions, nodes.positions, point_room);
   XmlWriter xml;
-  begin_piece(xml, "1.0", mesh.vertex_count(), mesh.cell_count(), mesh.cell_region_names);
-  add_points(xml, mesh.positions);
-  add_control_cells(xml, mesh);
-  add_channels(xml, mesh.channel_names, mesh.channel_values, mesh.vertex_count());
+  begin_piece(xml, "1.0", points.size(), mesh.cell_count(), mesh.cell_region_names);
+  add_points(xml, points);
+  add_control_cells(xml, mesh, with_nodes);
+  add_channels(xml, mesh.channel_names, concatenated(mesh.channel_values, nodes.values, value_room), points.size());
   if (!control_cells.empty() || !mesh.cell_regions.empty()) {
     xml.begin("CellData");
     if (!control_cells.empty()) {

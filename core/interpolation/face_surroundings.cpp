@@ -5,6 +5,7 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -20,9 +21,9 @@ namespace ccslice {
 namespace {
 
 constexpr double kMostJump = 8.0 / 6;  // Of third derivatives, as a share of the range, by the cube of the depth.
-// A channel's slope across a cell comes to no more than this, times what it changes between the cell's corners and its
-// middle by its thickness: the axes may be oblique, and a second-order cell steeper at an end.
-constexpr double kSteepest = 3;
+// The steepest slope of a channel in a cell comes to no more than this, times its steepest along an axis by the cell's
+// thickness in its middle: the axes may be oblique, and the cell thinner elsewhere.
+constexpr double kOblique = 3;
 constexpr double kDeeper = 1.4;  // Shells may be so much deeper than at the places that BlockShell finds.
 // As a share of a patch's thickness that of the next one, which is half as thick in parameters. In millimetres no less
 // than 0.35 of it was seen, at vertices of three edges.
@@ -40,6 +41,26 @@ double sure_share(const LimitSolid& solid, std::span<const ChannelTolerance> cha
     least = std::min(least, std::cbrt(channel.tolerance / most));  // Infinite for constants.
   }
   return least;
+}
+
+/// No slope along an axis of a cell is larger, by the parameter, of a channel that is of degree 2 along each and has
+/// these values at 3 x 3 x 3 places: Bezier points bound a polynomial, and their differences its slopes.
+double steepest_slope(std::array<double, 27> values) {
+  constexpr std::array<std::size_t, 3> kStride = {1, 3, 9};
+  for (const std::size_t stride : kStride) {
+    for (std::size_t place = 0; place < values.size(); ++place) {
+      if (place / stride % 3 != 1) continue;
+      values[place] = 2 * values[place] - (values[place - stride] + values[place + stride]) / 2;
+    }
+  }
+  double steepest = 0;
+  for (const std::size_t stride : kStride) {
+    for (std::size_t place = 0; place < values.size(); ++place) {
+      if (place / stride % 3 == 2) continue;
+      steepest = std::max(steepest, 2 * std::abs(values[place + stride] - values[place]));
+    }
+  }
+  return steepest;
 }
 
 /// 0 where nothing is known of it.
@@ -131,18 +152,16 @@ bool FaceSurroundings::may_kink(const Piece& piece) {
 const std::vector<double>& FaceSurroundings::slopes_per_mm(Touching& touching) {
   if (!touching.slopes_per_mm.empty()) return touching.slopes_per_mm;
   if (!inverter_) inverter_.emplace(*solid_, inversion_);
-  std::vector<double> low, high;
-  for (int corner = 0; corner <= 8; ++corner) {
-    const Vec3 uvw = corner == 8 ? Vec3(Vec3::Constant(0.5)) : Vec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
-    inverter_->evaluator().mat({touching.cell, uvw}, values_);
-    if (corner == 0) low = high = values_;
-    for (std::size_t c = 0; c < values_.size(); ++c) {
-      low[c] = std::min(low[c], values_[c]), high[c] = std::max(high[c], values_[c]);
-    }
+  std::vector<std::array<double, 27>> samples(channels_.size());
+  for (std::size_t place = 0; place < 27; ++place) {
+    const Vec3 thirds(static_cast<double>(place % 3), static_cast<double>(place / 3 % 3),
+                      static_cast<double>(place / 9));
+    inverter_->evaluator().mat({touching.cell, 0.5 * thirds}, values_);
+    for (std::size_t c = 0; c < channels_.size(); ++c) samples[c][place] = values_[channels_[c].channel];
   }
   const double thickness_mm = thickness_of(solid_->index().cell_maps[touching.cell]);
-  for (const ChannelTolerance& channel : channels_) {
-    touching.slopes_per_mm.push_back(kSteepest * (high[channel.channel] - low[channel.channel]) / thickness_mm);
+  for (const std::array<double, 27>& values : samples) {
+    touching.slopes_per_mm.push_back(kOblique * steepest_slope(values) / thickness_mm);
   }
   return touching.slopes_per_mm;
 }

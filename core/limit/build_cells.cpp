@@ -72,6 +72,7 @@ class Builder {
   std::optional<CellAdder> adder_;
   std::vector<std::vector<LimitCellId>> limit_cells_;  // By whole level and cell: its own, or its first child's.
   std::uint32_t numbered_ = 0;
+  std::size_t curved_cells_ = 0;
 };
 
 /// A face of the boundary counts once, one of an interface twice: each side has its own.
@@ -104,22 +105,27 @@ std::size_t Builder::count_ring_points(std::size_t faces) const {
     families += group.size();
     for (const CellId c : group) children += levels_->child_count(c);
   }
-  return cell_points * (data_.cells.size() - children) + family_points * families + kFacePoints * faces;
+  constexpr std::size_t kCurvedPoints = 64;
+  return cell_points * (data_.cells.size() - children) + family_points * families + kFacePoints * faces +
+         kCurvedPoints * curved_cells_;
 }
 
+/// An interface has a face of the lower region only.
 void Builder::reserve_own_points() {
-  const CellComplex& control = levels_->whole().front().level.complex;
-  std::size_t cells = 0, faces = 0;
-  for (const LimitCell& cell : data_.cells) cells += curved_.is_curved(cell.control_cell);
+  const Level& level = levels_->whole().front().level;
+  const CellComplex& control = level.complex;
+  std::size_t faces = 0;
+  for (const LimitCell& cell : data_.cells) curved_cells_ += curved_.is_curved(cell.control_cell);
   for (const CellId c : control.cells()) {
     if (!curved_.is_curved(ControlCellId{c})) continue;
     for (const HalfFaceId h : control.cell_half_faces(c)) {
-      if (!control.face_on_boundary(face_of(h))) continue;
-      faces += control.kind(c) == CellKind::kHex ? 1 : control.face_vertices(face_of(h)).size();
+      const FaceId face = face_of(h);
+      if (!control.face_on_boundary(face) || level.beyond(face) < region_of(mesh_, c)) continue;
+      faces += control.kind(c) == CellKind::kHex ? 1 : control.face_vertices(face).size();
     }
   }
-  memory_.reserve_own_points(cells, faces);
-  data_.points.reserve(data_.points.size() + (64 * cells + 16 * faces) * data_.dimension);
+  memory_.reserve_own_points(curved_cells_, faces);
+  data_.points.reserve(data_.points.size() + (64 * curved_cells_ + 16 * faces) * data_.dimension);
 }
 
 void Builder::number_cells() {
@@ -202,13 +208,13 @@ void Builder::summarize() {
     summary.vertex_cells += cell.cell_class == CellClass::kVertex;
   }
   summary.boundary_faces = data_.boundary_face_count;
+  std::vector<std::pair<double, double>> curved;
+  if (curved_.any()) curved = curved_.channel_ranges(options_.cancel);
   for (std::size_t c = 0; c < mesh_.channel_count(); ++c) {
-    auto [low, high] = channel_range(mesh_, c);
-    if (curved_.any()) {
-      const auto [curved_low, curved_high] = curved_.channel_range(c);
-      low = std::min(low, static_cast<float>(curved_low)), high = std::max(high, static_cast<float>(curved_high));
-    }
-    summary.channels.push_back({mesh_.channel_names[c], low, high});
+    const auto [low, high] = channel_range(mesh_, c);
+    ChannelRange& range = summary.channels.emplace_back(ChannelRange{mesh_.channel_names[c], low, high});
+    if (curved.empty()) continue;
+    range.min = std::min(range.min, curved[c].first), range.max = std::max(range.max, curved[c].second);
   }
   if (mesh_.as_meshed) return;  // No edge or vertex of it is extraordinary.
   const Classifier classifier(control);

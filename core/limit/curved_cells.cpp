@@ -313,20 +313,26 @@ std::vector<double> CurvedCells::side(std::span<const double> patch, const std::
   return points;
 }
 
-std::pair<double, double> CurvedCells::channel_range(std::size_t channel) const {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
+std::vector<std::pair<double, double>> CurvedCells::channel_ranges(const CancellationToken& cancel) const {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::vector<std::pair<double, double>> ranges(dimension_ - 3, {kInfinity, -kInfinity});
+  if (ranges.empty()) return ranges;
+  PeriodicPoll poll(cancel, 64);
   for (const ControlCellId cell : IdRange<ControlCellId>(mesh_.cell_count())) {
+    poll();
     if (!is_curved(cell)) continue;
     const CellKind kind = mesh_.cell_kinds[cell];
     const std::size_t children = kind == CellKind::kHex ? 1 : static_cast<std::size_t>(corner_count(kind));
     for (std::size_t child = 0; child < children; ++child) {
       const std::vector<double> points = map_axes(values_of_child(cell, child), kBezier, dimension_);
-      for (std::size_t p = 3 + channel; p < points.size(); p += dimension_) {
+      for (std::size_t p = 0; p < points.size(); ++p) {
+        if (p % dimension_ < 3) continue;
+        auto& [low, high] = ranges[p % dimension_ - 3];
         low = std::min(low, points[p]), high = std::max(high, points[p]);
       }
     }
   }
-  return {low, high};
+  return ranges;
 }
 
 }  // namespace ccslice

@@ -31,6 +31,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/cancellation.h"
 #include "core/base/ids.h"
 #include "core/mesh/control_mesh.h"
 
@@ -54,8 +55,8 @@ class CurvedCells {
   /// Control points, 4 x 4, of a patch's side, framed by its corners (bits u + 2v + 4w) at (s,t) = (0,0), (1,0), (1,1).
   std::vector<double> side(std::span<const double> patch, const std::array<std::uint8_t, 3>& corners) const;
 
-  /// Bounds of a channel over all curved cells, by their Bezier points.
-  std::pair<double, double> channel_range(std::size_t channel) const;
+  /// Bounds of each channel over all curved cells, by their Bezier points. Throws Error{kCancelled}.
+  std::vector<std::pair<double, double>> channel_ranges(const CancellationToken& cancel) const;
 
  private:
   class Nodes;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <set>
 #include <span>
 #include <string>
@@ -232,7 +233,31 @@ void check_missed_vertices(const ControlMesh& mesh, const std::string& bound) {
                     "list them in ascending order, each once", "missed_vertices");
 }
 
-/// What is sharp, fitted or curved goes with one way to take a mesh alone. mid_nodes.h has the rest.
+/// Keys of mid-nodes name vertices and cells that there are, and ascend. Whether these have such an edge or face needs
+/// the complex.
+void check_mid_node_keys(const ControlMesh& mesh) {
+  const auto check = [](const auto& keys, const char* field, auto is_one) {
+    Offenders unknown, late;
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      if (!is_one(keys[i])) unknown.add(static_cast<std::int64_t>(i));
+      if (i > 0 && !(keys[i - 1] < keys[i])) late.add(static_cast<std::int64_t>(i));
+    }
+    unknown.throw_if_any(ErrorCode::kMeshBadMidNode, "vertices or cells that there aren't, or out of order, for",
+                         kMidNodes, "name those of the mesh, vertices in ascending order", field);
+    late.throw_if_any(ErrorCode::kMeshBadMidNode, "again or too late:", kMidNodes,
+                      "list them in ascending order, each once", field);
+  };
+  const auto ascends = [&](const auto& vertices) {
+    return std::ranges::adjacent_find(vertices, std::greater_equal<>()) == vertices.end() &&
+           vertices.back() < mesh.vertex_count();
+  };
+  check(mesh.mid_nodes.edges, "edge_node_vertices", ascends);
+  check(mesh.mid_nodes.faces, "face_node_vertices", ascends);
+  check(mesh.mid_nodes.cells, "cell_node_cells",
+        [&](std::uint32_t cell) { return cell < mesh.cell_count() && mesh.cell_kinds[cell] == CellKind::kHex; });
+}
+
+/// What is sharp or fitted can't be taken as meshed, too.
 void check_as_meshed(const ControlMesh& mesh) {
   if (!mesh.as_meshed) return;
   const auto refuse = [](const char* field) {
@@ -261,6 +286,7 @@ void check_arrays(const ControlMesh& mesh, const MeshLimits& limits, const Cance
   check_region_values(mesh);
   check_sharp_indices(mesh, bound);
   check_missed_vertices(mesh, bound);
+  check_mid_node_keys(mesh);
   check_as_meshed(mesh);
 }
 

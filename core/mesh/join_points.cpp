@@ -326,6 +326,7 @@ void PointJoiner::join_mid_nodes(ControlMesh& joined) {
   list.add(mesh_.mid_nodes, new_vertices_, cells);
   MidNodeList::Result result = list.finish();
   joined.mid_nodes = std::move(result.nodes);
+  report_.disagreeing_edges = result.other_values;
   if (result.farthest_apart_mm <= distance_mm_) return;
   report_.bent_edges = result.conflicts;
   report_.bent_by_mm = result.farthest_apart_mm;

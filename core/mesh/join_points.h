@@ -42,8 +42,9 @@ struct JoinReport {
   std::size_t jumps = 0;         // Vertices where regions keep values of their own.
   std::size_t chains = 0;
   PointChain longest_chain;
-  std::size_t bent_edges = 0;  // Edges, faces and cells with mid-nodes that are farther apart than the distance.
-  double bent_by_mm = 0;       // How far at most.
+  std::size_t bent_edges = 0;         // Edges, faces and cells with mid-nodes that are farther apart than the distance.
+  double bent_by_mm = 0;              // How far at most.
+  std::size_t disagreeing_edges = 0;  // Likewise with mid-nodes that disagree in a channel.
 };
 
 /// Joins points within `distance_mm` of each other. Sharp edges and vertices, region values, missed vertices, mid-nodes

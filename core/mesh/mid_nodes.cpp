@@ -4,6 +4,7 @@
 #include "core/mesh/mid_nodes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -11,6 +12,8 @@
 
 namespace ccslice {
 namespace {
+
+constexpr float kSameValues = 1e-6f;  // Values that differ by less, as a share of the larger, agree.
 
 constexpr std::array<std::array<std::uint8_t, 2>, 6> kTetEdges = {{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
 constexpr std::array<std::array<std::uint8_t, 2>, 9> kWedgeEdges = {
@@ -83,6 +86,11 @@ void MidNodeList::add(std::array<std::uint32_t, 5> key, const Vec3& position, st
   if (place != kNone) {
     Node& first = nodes_[place];
     first.apart_mm = std::max(first.apart_mm, (position - positions_[place]).norm());
+    for (std::size_t c = 0; c < channels_; ++c) {
+      const float known = values_[place * channels_ + c];
+      const float most = kSameValues * std::max(std::abs(known), std::abs(values[c]));
+      first.disagree = first.disagree || !(std::abs(values[c] - known) <= most);
+    }
     return;
   }
   place = static_cast<std::uint32_t>(nodes_.size());
@@ -132,8 +140,9 @@ MidNodeList::Result MidNodeList::finish() const {
   std::ranges::sort(sorted, {}, &Node::key);
   Result result;
   MidNodes& nodes = result.nodes;
-  for (const auto& [key, index, apart_mm] : sorted) {
+  for (const auto& [key, index, apart_mm, disagree] : sorted) {
     result.conflicts += apart_mm > 0;
+    result.other_values += disagree;
     result.farthest_apart_mm = std::max(result.farthest_apart_mm, apart_mm);
     if (key[0] == 2) nodes.edges.push_back({key[1], key[2]});
     if (key[0] == 4) nodes.faces.push_back({key[1], key[2], key[3], key[4]});
@@ -181,6 +190,11 @@ void take_mid_nodes(MeshFile& file) {
   }
   MidNodeList::Result result = list.finish();
   file.mesh.mid_nodes = std::move(result.nodes);
+  if (result.other_values > 0) {
+    file.warnings.push_back(std::to_string(result.other_values) +
+                            " edges, faces or cells have nodes in their middle that disagree in a channel; the first "
+                            "of each is taken");
+  }
   if (result.conflicts == 0) return;
   char apart[32];
   std::snprintf(apart, sizeof apart, "%.3g", result.farthest_apart_mm);

@@ -40,6 +40,7 @@ class MidNodeList {
     MidNodes nodes;
     std::size_t conflicts = 0;     // Edges, faces and cells with nodes in several places: the first one is taken.
     double farthest_apart_mm = 0;  // Of these.
+    std::size_t other_values = 0;  // Edges, faces and cells with nodes that disagree in a channel: likewise.
   };
   Result finish() const;
 
@@ -47,7 +48,8 @@ class MidNodeList {
   struct Node {
     std::array<std::uint32_t, 5> key;  // How many vertices, or 0 for a cell; then the sorted vertices, or the cell.
     std::uint32_t index;
-    double apart_mm = 0;  // How far others of that key are away.
+    double apart_mm = 0;    // How far others of that key are away.
+    bool disagree = false;  // They have other values.
   };
 
   void add(std::array<std::uint32_t, 5> key, const Vec3& position, std::span<const float> values);

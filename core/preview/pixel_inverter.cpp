@@ -23,12 +23,15 @@ constexpr int kMostSteps = 12;
 constexpr int kMostClipped = 2;  // Steps that would have left the cell: it is another one that holds the point.
 // A step below that share of a patch is the last one. It takes values to first order, and slopes from where it begins.
 constexpr double kNearForSlopes = 0.01, kNearForValues = 0.02, kNearForRoughValues = 0.1;
+constexpr double kNearAsMeshed = 0.005;                       // Unless rough: quarters of tetrahedra are skew.
 constexpr double kFarthestHint = 0.05;                        // Beyond its cell, a guess says nothing about it.
 constexpr double kHintMargin = 0.02, kCandidateMargin = 0.1;  // Starts lie that far inside.
 constexpr double kBeside = 0.02;                              // Beyond a cell whose neighbour goes on smoothly.
 constexpr double kRoughlyBeside = 0.1;                        // The same where values may be rough.
+constexpr double kBesideAsMeshed = 1e-4;                      // The same where slopes jump to the neighbour's.
 constexpr double kBesideBoundary = 0.1;
-constexpr double kSoftClip = 0.1;  // Irregular cells: the share of the way to a side that must remain.
+constexpr double kLeastMargin = 1e-3;  // From a cell's sides to what is amid it.
+constexpr double kSoftClip = 0.1;      // Irregular cells: the share of the way to a side that must remain.
 constexpr std::size_t kMostCandidates = 8;
 constexpr std::uint32_t kHintBlock = 4;  // Pixels each way.
 constexpr std::array<std::array<int, 2>, 6> kBlocksAround = {{{0, 0}, {-1, 0}, {0, -1}, {1, -1}, {-1, -1}, {1, 0}}};
@@ -138,6 +141,23 @@ CellParam PixelInverter::guess(std::uint32_t near, std::uint32_t column, std::ui
   return at;
 }
 
+/// Parameters bend by how much expectations are off: between corners by less than that.
+bool PixelInverter::are_amid_a_cell(std::span<const std::uint32_t> numbers) const {
+  const LimitCellId cell = pixels_[numbers.front()].at.cell;
+  Vec3 bend = Vec3::Constant(kLeastMargin), margin = Vec3::Constant(1);
+  for (const std::uint32_t number : numbers) {
+    const Pixel& pixel = pixels_[number];
+    if (pixel.at.cell != cell) return false;
+    margin = margin.cwiseMin(pixel.at.uvw).cwiseMin(Vec3::Ones() - pixel.at.uvw);
+    for (const std::uint32_t from : numbers) {
+      const Vec3 step = place_of(pixel.column, pixel.row) - place_of(pixels_[from].column, pixels_[from].row);
+      const Vec3 expected = pixels_[from].at.uvw + pixels_[from].inverse * step;
+      bend = bend.cwiseMax((pixel.at.uvw - expected).cwiseAbs());
+    }
+  }
+  return (margin.array() >= bend.array()).all();
+}
+
 std::uint32_t PixelInverter::invert(std::uint32_t column, std::uint32_t row, Wanted wanted) {
   std::uint32_t& number = numbers_[std::size_t{lattice_.width} * row + column];
   if (number != 0) return number - 1;
@@ -145,7 +165,9 @@ std::uint32_t PixelInverter::invert(std::uint32_t column, std::uint32_t row, Wan
   pixel.column = column;
   pixel.row = row;
   const Vec3 point = place_of(column, row);
-  near_ = care_.rough ? kNearForRoughValues : wanted == Wanted::kValues ? kNearForValues : kNearForSlopes;
+  near_ = wanted == Wanted::kValues ? kNearForValues : kNearForSlopes;
+  if (solid_->as_meshed()) near_ = kNearAsMeshed;
+  if (care_.rough) near_ = kNearForRoughValues;
   nearest_.reset();
   nearest_mm_ = std::numeric_limits<double>::infinity();
   if (!(last_ && solve_near(*last_, kFarthestHint, point, pixel)) && !solve_beside(point, pixel) &&
@@ -255,7 +277,7 @@ bool PixelInverter::solve_in(LimitCellId cell, Vec3 uvw, const Vec3& point, Pixe
 /// Where a step leads to is in the cell, or beside it where its patch's polynomials still tell the channels.
 bool PixelInverter::is_within(LimitCellId cell, const Step& step) const {
   if (care_.strict) return beyond_cell(step.uvw) <= 0;
-  const double beside = care_.rough ? kRoughlyBeside : kBeside;
+  const double beside = solid_->as_meshed() ? kBesideAsMeshed : care_.rough ? kRoughlyBeside : kBeside;
   if (beyond_cell(step.uvw) <= beside) return true;
   if (!care_.rough && beyond_cell(step.uvw) > kBesideBoundary) return false;
   const Mat3 jacobian = step.cell_inverse.inverse();

@@ -73,6 +73,9 @@ class PixelInverter {
   }
   /// About where a pixel is, from a smooth one nearby.
   CellParam guess(std::uint32_t near, std::uint32_t column, std::uint32_t row) const;
+  /// Smooth pixels, the corners of a rectangle among them, are in one cell, and so is what is between them: they are
+  /// farther from its sides than any is from where another one expects it.
+  bool are_amid_a_cell(std::span<const std::uint32_t> numbers) const;
   /// In the mesh frame.
   Vec3 place_of(double column, double row) const { return first_ + column * across_ + row * up_; }
   double outside_mm() const { return outside_mm_; }  // Mesh frame.

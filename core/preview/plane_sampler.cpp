@@ -58,11 +58,8 @@ PlaneSampler::PlaneSampler(std::shared_ptr<const LimitSolid> solid) : solid_(std
 
 void PlaneSampler::Places::add(std::uint32_t column, std::uint32_t row) {
   const std::array place{column, row};
-  if (std::find(at.begin(), at.begin() + static_cast<std::ptrdiff_t>(count), place) !=
-      at.begin() + static_cast<std::ptrdiff_t>(count)) {
-    return;
-  }
-  at[count++] = place;
+  const auto end = at.begin() + static_cast<std::ptrdiff_t>(count);
+  if (std::find(at.begin(), end, place) == end) at[count++] = place;
 }
 
 void PlaneSampler::paint(const LayerTarget& target, const InterpolationSpec& spec, MaterialField& field,
@@ -241,7 +238,8 @@ bool PlaneSampler::paint_part(const Part& part) {
   for (std::size_t i = 0; i < places.count; ++i) {
     unknown += inverter_.find(part.column + places.at[i][0], part.row + places.at[i][1]) ? 0 : 1;
   }
-  if ((!places.corners && kPixelsPerSample * unknown > count) || places.count < 2) return false;
+  if (!places.corners && (solid_->as_meshed() || kPixelsPerSample * unknown > count)) return false;
+  if (places.count < 2) return false;
   if (places.corners) {
     const bool checked = part.side == kBlock;
     return paint_by(
@@ -289,7 +287,7 @@ bool PlaneSampler::is_flat(const Part& part, const Places& places, double reach)
 /// `check`: the number of one more pixel of the part.
 bool PlaneSampler::paint_by(const Part& part, const Places& places, std::optional<std::uint32_t> check) {
   const double half = 0.5 * part.side;
-  std::array<std::uint32_t, QuadraticFitter::kMostPlaces> numbers;
+  std::array<std::uint32_t, QuadraticFitter::kMostPlaces + 1> numbers;
   std::array<Vec2, QuadraticFitter::kMostPlaces> at;
   for (std::size_t i = 0; i < places.count; ++i) {
     numbers[i] = inverter_.invert(part.column + places.at[i][0], part.row + places.at[i][1]);
@@ -297,6 +295,9 @@ bool PlaneSampler::paint_by(const Part& part, const Places& places, std::optiona
     at[i] = Vec2(places.at[i][0], places.at[i][1]) / half - Vec2::Ones();
   }
   if (check && !inverter_.pixel(*check).smooth) return false;
+  if (check) numbers[places.count] = *check;
+  const auto inverted = std::span(numbers).first(places.count + (check ? 1 : 0));
+  if (solid_->as_meshed() && !inverter_.are_amid_a_cell(inverted)) return false;
   std::optional<QuadraticFitter> own;
   if (!places.corners) own.emplace(std::span(at).first(places.count));
   const QuadraticFitter& fitter = own ? *own : QuadraticFitter::of_corners();

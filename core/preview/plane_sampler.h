@@ -13,6 +13,7 @@
 // - One more pixel is inverted to see: the middle, or the one that is farthest from the others.
 // - Where few samples leave a bend open, the channel must hardly change from them to any other pixel.
 // - No cell there is much smaller than the block, so that none goes unnoticed.
+// - Of a solid as meshed, where slopes jump from cell to cell, all the block is in one cell, as its corners tell.
 //
 // Each part of a block counts as a block of its own, if gaps or cell regions part it. What isn't painted is cut into
 // blocks of 4 x 4 and then of 2 x 2 pixels. What isn't then, and what has few pixels, is inverted pixel by pixel. All

@@ -95,6 +95,7 @@ ControlMesh mesh_of_limit_points(const ControlMesh& mesh, const CancellationToke
   ControlMesh result = mesh;
   result.interpolating = false;
   result.missed_vertices.clear();
+  if (mesh.as_meshed) return result;
   set_points(apply(limit_masks(make_cell_complex(mesh, cancel), cancel), mesh), result);
   return result;
 }

@@ -17,14 +17,16 @@ namespace ccslice {
 /// The control mesh after so many refinements of every cell: hexahedra, the same limit. Children follow one another in
 /// the order of their cells, as many as a cell has corners, eight for each of them from then on. Channels are rounded
 /// to floats on the way; children are of their cells' regions. Missed vertices are forgotten. REQUIRES: a mesh as
-/// validate() leaves it, split where it has several regions (mesh/cell_regions.h). Throws Error{kCancelled}.
+/// validate() leaves it, without mid-nodes, split where it has several regions (mesh/cell_regions.h). Throws
+/// Error{kCancelled}.
 ControlMesh refine_mesh(const ControlMesh& mesh, int times, const CancellationToken& cancel = {});
 
 /// How many cells that has.
 std::size_t refined_cell_count(const ControlMesh& mesh, int times);
 
-/// The mesh with every vertex at its limit point, and with the channels there. Not interpolating. REQUIRES: a mesh as
-/// validate() leaves it, split likewise. Throws Error{kCancelled}.
+/// The mesh with every vertex at its limit point, which is where it is as meshed, and with the channels there. Not
+/// interpolating. REQUIRES: a mesh as validate() leaves it, without mid-nodes, split likewise. Throws
+/// Error{kCancelled}.
 ControlMesh mesh_of_limit_points(const ControlMesh& mesh, const CancellationToken& cancel = {});
 
 /// The cell of `mesh` that each cell of refine_mesh(mesh, times) came from.

@@ -162,6 +162,8 @@ int main(int argc, char** argv) {
   app.add_flag(
       "--only-channels", options.only_channels,
       "No cell regions, and no planes but those of channels and the occupancy. Part of what a seed stands for");
+  app.add_flag("--only-subdivided", options.only_subdivided,
+               "No mesh is taken as meshed, as a third are. Part of what a seed stands for");
   app.add_flag("--prove", options.prove, "Jobs ask for proof: nothing is interpolated that is judged by samples alone");
   app.add_flag("--verbose", options.verbose, "A line for every seed");
   CLI11_PARSE(app, argc, argv);

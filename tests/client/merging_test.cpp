@@ -148,8 +148,8 @@ TEST_F(MergingCommand, SlicesCellsWithOwnPointsAsThoseWithCommonOnes) {
   const ProcessResult info = run_alone({"info", own, "--json"});
   EXPECT_EQ(json_at(info.out, "vertices").number_value(), 216);
   EXPECT_EQ(json_at(info.out, "parts").number_value(), 1);
-  EXPECT_EQ(json_at(info.out, "deviation.limit_volume_mm3").number_value(),
-            json_at(run_alone({"info", common, "--json"}).out, "deviation.limit_volume_mm3").number_value());
+  EXPECT_EQ(json_at(info.out, "control_volume_mm3").number_value(),
+            json_at(run_alone({"info", common, "--json"}).out, "control_volume_mm3").number_value());
   const std::string sliced = layers(common, "sliced_common");
   EXPECT_FALSE(sliced.empty());
   EXPECT_EQ(layers(own, "sliced_own"), sliced);
@@ -256,8 +256,8 @@ TEST_F(MergingCommand, PartsVoxelsThatTouchInAnEdge) {
   const ProcessResult info = run_alone({"info", mesh});
   ASSERT_EQ(info.exit_code, cli::kExitOk) << info.err;
   EXPECT_THAT(info.out, AllOf(HasSubstr("the mesh touches itself in 1 edge and 1 vertex, the first at (10, 10, 5) mm: "
-                                        "each side has vertices of its own there, 3 more in all (--no-split refuses "
-                                        "such meshes)"),
+                                        "each side has vertices of its own there, 3 more in all; that makes 3 separate "
+                                        "parts, 3 of them of one cell (--no-split refuses such meshes)"),
                               HasSubstr("parts      3, 3 of them of one cell")));
   const ProcessResult refused = run_alone({"info", mesh, "--no-split"});
   EXPECT_EQ(refused.exit_code, cli::kExitInput);

@@ -75,6 +75,40 @@ TEST(MeshFiles, JsonIsLossless) {
   EXPECT_EQ(by_protobuf.SerializeAsString(), message.SerializeAsString());
 }
 
+/// Gives a field a value, or a list two, other than their defaults.
+void fill_field(const google::protobuf::FieldDescriptor& field, v1::ControlMesh& mesh) {
+  using google::protobuf::FieldDescriptor;
+  const google::protobuf::Reflection& reflection = *mesh.GetReflection();
+  if (field.cpp_type() == FieldDescriptor::CPPTYPE_BOOL) return reflection.SetBool(&mesh, &field, true);
+  ASSERT_TRUE(field.is_repeated()) << field.name() << ": no way to fill it yet";
+  for (const unsigned item : {1, 2}) {
+    switch (field.cpp_type()) {
+      case FieldDescriptor::CPPTYPE_UINT32: reflection.AddUInt32(&mesh, &field, item); break;
+      case FieldDescriptor::CPPTYPE_DOUBLE: reflection.AddDouble(&mesh, &field, item / 3.0); break;
+      case FieldDescriptor::CPPTYPE_FLOAT: reflection.AddFloat(&mesh, &field, static_cast<float>(item) / 3); break;
+      case FieldDescriptor::CPPTYPE_ENUM: reflection.AddEnumValue(&mesh, &field, static_cast<int>(item)); break;
+      case FieldDescriptor::CPPTYPE_STRING: reflection.AddString(&mesh, &field, std::string(item, 'a')); break;
+      default: FAIL() << field.name() << ": no way to fill it yet";
+    }
+  }
+}
+
+TEST(MeshFiles, JsonHasEveryFieldOfAControlMesh) {
+  const google::protobuf::Descriptor& fields = *v1::ControlMesh::descriptor();
+  for (int i = 0; i < fields.field_count(); ++i) {
+    const google::protobuf::FieldDescriptor& field = *fields.field(i);
+    v1::ControlMesh mesh;
+    mesh.add_cell_kinds(v1::CELL_KIND_HEX);
+    fill_field(field, mesh);
+    const std::string json = to_json(mesh);
+    EXPECT_THAT(json, HasSubstr("\"" + field.json_name() + "\":"));
+    EXPECT_EQ(parse_ccmesh(json).SerializeAsString(), mesh.SerializeAsString()) << json;
+    v1::ControlMesh by_protobuf;
+    ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(json, &by_protobuf).ok()) << json;
+    EXPECT_EQ(by_protobuf.SerializeAsString(), mesh.SerializeAsString()) << json;
+  }
+}
+
 TEST(MeshFiles, JsonOfProtobufIsTakenHoweverItIsWritten) {
   ControlMesh mesh = make_box();
   mesh.channel_names[0] = "\u007f<\xc3\xa4\xf0\x9f\x92\x8e\t";
@@ -133,6 +167,7 @@ TEST(MeshFiles, JsonMistakesTeach) {
   error_at("{\"cellVertices\": [-1]}", "line 1, column 19: expected a vertex id (from 0), found '-1'");
   error_at("{\"cellVertices\": [4294967296]}", "line 1, column 19: expected a vertex id (from 0), found '4294967296'");
   error_at("{\"cellVertices\": [1.5]}", "line 1, column 19: expected a vertex id (from 0), found '1.5'");
+  error_at("{\"cellNodeCells\": [-1]}", "line 1, column 20: expected a cell's number (from 0), found '-1'");
   error_at("{\"allowFolds\": 1}", "line 1, column 16: expected true or false, found '1'");
   error_at("{\"allowFolds\": true, \"allow_folds\": true}", "line 1, column 22: a second 'allowFolds'");
   error_at("{\"cellKinds\": [1]} {", "line 1, column 20: expected the end of the file, found '{'");
@@ -238,7 +273,7 @@ TEST(MeshFiles, AreSharpenedByAList) {
   EXPECT_THAT(sharp.mesh.sharp_edges, ElementsAre(std::array<std::uint32_t, 2>{0, 1}));
   EXPECT_THAT(sharp.mesh.sharp_vertices, ElementsAre(10u));
   write_file(list, "0 6\n");
-  EXPECT_THAT(error_of(options), HasSubstr("sharp edge 0-6 at (6, 6, 6) mm isn't an edge of any cell"));
+  EXPECT_THAT(error_of(options), HasSubstr("sharp edge 1-7 at (6, 6, 6) mm isn't an edge of any cell"));
   write_file(list, "0 99\n");
   EXPECT_THAT(error_of(options), HasSubstr("out of range"));
   write_file(list, "0 1\nrim\n");

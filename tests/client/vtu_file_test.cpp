@@ -12,6 +12,7 @@
 
 #include "core/mesh/cell_numbers.h"
 #include "core/mesh/read_vtu.h"
+#include "tests/support/finite_elements.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice::cli {
@@ -147,6 +148,31 @@ TEST(VtuFile, HasBezierCellsInVtksOrder) {
   EXPECT_THAT(text, HasSubstr("<CellData HigherOrderDegrees=\"HigherOrderDegrees\">"));
   EXPECT_THAT(text, HasSubstr("Name=\"HigherOrderDegrees\" NumberOfComponents=\"3\" "
                               "format=\"binary\">BgAAAAAAAAADAwMBAQE=</DataArray>"));
+}
+
+TEST(VtuFile, KeepsNodesOfEdgesAlone) {
+  for (const char* name : {"single_hex", "hex_wedge_tet", "cube_of_tets", "single_wedge"}) {
+    ControlMesh mesh = oracle::tiny_mesh(name);
+    mesh.as_meshed = true;
+    oracle::add_random_mid_nodes(0.1, false, 1, mesh);
+    ASSERT_TRUE(vtu_keeps_mid_nodes(mesh)) << name;
+    MeshFile file = read_vtu(to_vtu(mesh));
+    EXPECT_TRUE(file.warnings.empty()) << name;
+    EXPECT_EQ(file.mesh.positions, mesh.positions);
+    EXPECT_EQ(file.mesh.channel_values, mesh.channel_values);
+    EXPECT_EQ(file.mesh.cell_vertices, mesh.cell_vertices);
+    EXPECT_EQ(file.mesh.mid_nodes.edges, mesh.mid_nodes.edges) << name;
+    EXPECT_EQ(file.mesh.mid_nodes.positions, mesh.mid_nodes.positions) << name;
+    EXPECT_EQ(file.mesh.mid_nodes.values, mesh.mid_nodes.values) << name;
+    mesh.mid_nodes.edges.pop_back();
+    mesh.mid_nodes.positions.pop_back();
+    mesh.mid_nodes.values.resize(mesh.mid_nodes.positions.size() * mesh.channel_count());
+    EXPECT_FALSE(vtu_keeps_mid_nodes(mesh)) << name;
+    EXPECT_TRUE(read_vtu(to_vtu(mesh)).mesh.mid_nodes.empty()) << name;
+  }
+  ControlMesh mesh = oracle::tiny_mesh("single_hex");
+  oracle::add_random_mid_nodes(0.1, true, 1, mesh);
+  EXPECT_FALSE(vtu_keeps_mid_nodes(mesh));
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "tests/oracle/hostile_comparisons.h"
 #include "tests/oracle/hostile_job.h"
 #include "tests/oracle/hostile_layers.h"
+#include "tests/oracle/hostile_meshed.h"
 #include "tests/oracle/hostile_pictures.h"
 #include "tests/oracle/hostile_regions.h"
 #include "tests/oracle/hostile_strict.h"
@@ -121,6 +122,7 @@ void describe_folds(const SolidSummary& summary, std::string& description) {
 
 void run(std::uint64_t seed, const HostileOptions& options, HostileResult& result) {
   HostileMesh mesh = make_hostile_mesh(seed, options.files);
+  if (!options.only_subdivided) take_some_as_meshed(seed, mesh);
   if (!options.only_channels) add_hostile_regions(seed, mesh);
   result.description = mesh.description;
   const std::shared_ptr<const LimitSolid> solid = prepare(mesh, result);

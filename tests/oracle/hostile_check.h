@@ -88,6 +88,7 @@ struct HostileOptions {
   std::span<const NamedMesh> files;  // Their shapes instead of made ones.
   bool only_linear = false;          // That check alone, which takes a tenth of the time.
   bool only_channels = false;        // Without cell regions, and no planes but those of channels and the occupancy.
+  bool only_subdivided = false;      // No mesh is taken as meshed.
   bool prove = false;                // Jobs ask for SliceJob::prove_materials.
 };
 

@@ -44,7 +44,7 @@ TEST_P(HostileJobs, KeepWhatIsPromisedIfTheyAskForProof) {
 // A part of 0.017 mm that folds. Its 960 cells are all nearer to a voxel than voxels may lie off the solid, and the one
 // that holds it was among the last to be searched: two voxels took another one's material.
 TEST(HostileJob, FindsTheCellThatHoldsAVoxelAmongAllThatComeNear) {
-  const HostileResult result = run_hostile_seed(10529, {.files = {}, .only_channels = true});
+  const HostileResult result = run_hostile_seed(10529, {.files = {}, .only_channels = true, .only_subdivided = true});
   EXPECT_FALSE(result.failed()) << to_text(result);
   EXPECT_GT(result[HostileCheck::kTruth].compared, 50u);
 }
@@ -72,7 +72,8 @@ TEST(HostileJob, TakesTheNearestPlaceBesideSmoothEdges) {
   std::vector<NamedMesh> rings;
   for (const std::uint32_t count : {4, 5, 6, 8}) rings.push_back({"ring", ring_of_hexahedra(count)});
   for (const std::uint64_t seed : {174, 1101}) {
-    const HostileResult result = run_hostile_seed(seed, {.most_voxels = 60000, .files = rings, .only_channels = true});
+    const HostileResult result =
+        run_hostile_seed(seed, {.most_voxels = 60000, .files = rings, .only_channels = true, .only_subdivided = true});
     EXPECT_FALSE(result.failed()) << to_text(result);
     EXPECT_GT(result[HostileCheck::kTolerance].compared, 5000u);
   }
@@ -81,7 +82,7 @@ TEST(HostileJob, TakesTheNearestPlaceBesideSmoothEdges) {
 // Pieces of vertex cells were 1.2 times beyond the tolerance near a corner of a face, between all places where they had
 // been looked at. No voxel lay there.
 TEST(HostileJob, PiecesKeepTheToleranceWhereNoVoxelLies) {
-  const HostileResult result = run_hostile_seed(53068);
+  const HostileResult result = run_hostile_seed(53068, {.files = {}, .only_subdivided = true});
   EXPECT_FALSE(result.failed()) << to_text(result);
   EXPECT_GT(result[HostileCheck::kPieces].compared, 500u);
 }
@@ -89,7 +90,7 @@ TEST(HostileJob, PiecesKeepTheToleranceWhereNoVoxelLies) {
 // Triangles of a cell reached across an edge into one of another cell region, by so thin a sliver that the place beyond
 // it that was looked at lay in a third cell: 988 times the tolerance.
 TEST(HostileJob, TrianglesKeepTheToleranceInCellsAcrossAnEdge) {
-  const HostileResult result = run_hostile_seed(50699);
+  const HostileResult result = run_hostile_seed(50699, {.files = {}, .only_subdivided = true});
   EXPECT_FALSE(result.failed()) << to_text(result);
   EXPECT_GT(result[HostileCheck::kShells].compared, 200u);
 }
@@ -97,7 +98,7 @@ TEST(HostileJob, TrianglesKeepTheToleranceInCellsAcrossAnEdge) {
 // Triangles of cells that are on the boundary by a reentrant edge alone reached into the air there, by less than the
 // contours' tolerance: 2.8 times the tolerance of materials, which polynomials were followed by.
 TEST(HostileJob, TrianglesKeepTheToleranceInTheAirBesideReentrantEdges) {
-  const HostileResult result = run_hostile_seed(51762);
+  const HostileResult result = run_hostile_seed(51762, {.files = {}, .only_subdivided = true});
   EXPECT_FALSE(result.failed()) << to_text(result);
   EXPECT_GT(result[HostileCheck::kShells].compared, 25u);
 }
@@ -107,7 +108,8 @@ TEST(HostileJob, TrianglesKeepTheToleranceInTheAirBesideReentrantEdges) {
 // pieces are smaller, or know what is beyond them.
 TEST(HostileJob, TrianglesKeepTheToleranceWhereMapsDegenerateIfProofIsAskedFor) {
   for (const std::uint64_t seed : {8695, 9136}) {
-    const HostileResult sampled = run_hostile_seed(seed), proved = run_hostile_seed(seed, {.files = {}, .prove = true});
+    const HostileResult sampled = run_hostile_seed(seed, {.files = {}, .only_subdivided = true}),
+                        proved = run_hostile_seed(seed, {.files = {}, .only_subdivided = true, .prove = true});
     EXPECT_FALSE(sampled.failed()) << to_text(sampled);
     EXPECT_FALSE(proved.failed()) << to_text(proved);
     EXPECT_LT(proved[HostileCheck::kShells].worst, 1);
@@ -119,7 +121,7 @@ TEST(HostileJob, TrianglesKeepTheToleranceWhereMapsDegenerateIfProofIsAskedFor) 
 TEST(HostileJob, MeetsAllKindsOfRegionsPlanesAndMaterials) {
   std::string all;
   for (std::uint64_t seed = 1; seed <= 150; ++seed) {
-    const HostileResult result = run_hostile_seed(seed, {.files = {}, .only_linear = true});
+    const HostileResult result = run_hostile_seed(seed, {.files = {}, .only_linear = true, .only_subdivided = true});
     if (result.refused.empty()) all += result.description + "\n";
   }
   for (const char* what : {"regions, bands",

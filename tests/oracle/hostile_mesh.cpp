@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include "tests/oracle/hostile_channels.h"
-#include "tests/oracle/hostile_meshed.h"
 #include "tests/oracle/hostile_random.h"
 #include "tests/oracle/hostile_shapes.h"
 #include "tests/oracle/hostile_text.h"
@@ -128,9 +127,7 @@ HostileMesh make_hostile_mesh(std::uint64_t seed, std::span<const NamedMesh> fil
   description += ", " + std::to_string(shape.mesh.cell_count()) + " cells, channels";
   HostileRandom material_random(seed, 2);
   HostileChannels channels = add_hostile_channels(material_random, shape.mesh);
-  HostileMesh mesh{std::move(shape.mesh), description + channels.description, std::move(channels.linear)};
-  take_some_as_meshed(seed, mesh);
-  return mesh;
+  return {std::move(shape.mesh), description + channels.description, std::move(channels.linear)};
 }
 
 }  // namespace ccslice::oracle

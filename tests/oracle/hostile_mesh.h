@@ -3,7 +3,8 @@
 //
 // A random control mesh from a seed: bars, plates, struts, rings, fans, balls, mixed cells, refined ones, ..., bent,
 // twisted, stretched and jittered, with sharp edges and corners, of any size, anywhere, and with materials that are
-// smooth, random, steep or constant. Some are taken as meshed (hostile_meshed.h). hostile_regions.h adds cell regions.
+// smooth, random, steep or constant. hostile_meshed.h takes some as meshed,
+// hostile_regions.h adds cell regions.
 
 #pragma once
 

@@ -118,6 +118,7 @@ TEST(MidNodes, ThatCantBeAreRefused) {
   refuse([](ControlMesh& mesh) { mesh.mid_nodes.edges[3] = {0, 11}; }, ErrorCode::kMeshBadMidNode, "mid-node 3");
   refuse([](ControlMesh& mesh) { std::swap(mesh.mid_nodes.edges[0], mesh.mid_nodes.edges[1]); },
          ErrorCode::kMeshBadMidNode, "again or too late: mid-node 1");
+  refuse([](ControlMesh& mesh) { mesh.mid_nodes.cells = {1, 1}; }, ErrorCode::kMeshBadMidNode, "mid-node 1");
   refuse([](ControlMesh& mesh) { mesh.mid_nodes.faces[1][3] = 4'000'000'000; }, ErrorCode::kMeshBadMidNode,
          "mid-node 1");
   refuse([](ControlMesh& mesh) { mesh.mid_nodes.cells[1] = 7; }, ErrorCode::kMeshBadMidNode, "mid-node 1");

@@ -136,6 +136,58 @@ TEST_P(SampledTinyMeshes, KeepARoughToleranceToo) {
 INSTANTIATE_TEST_SUITE_P(Catalogue, SampledTinyMeshes, testing::Range<std::size_t>(0, oracle::tiny_meshes().size()),
                          [](const auto& info) { return oracle::tiny_meshes()[info.param].name; });
 
+struct MeshAsMeshed {
+  const char* name;
+  ControlMesh (*make)();
+};
+
+/// Faces of hexahedra are bent where their vertices were moved.
+const MeshAsMeshed kMeshesAsMeshed[] = {
+    {"hexahedra", [] { return oracle::box_mesh(9, 9, 9); }},
+    {"large_hexahedra", [] { return oracle::box_mesh(2, 2, 2); }},
+    {"moved_hexahedra",
+     [] {
+       ControlMesh mesh = oracle::box_mesh(4, 4, 4);
+       oracle::jitter(mesh, 1.5, 3);
+       return mesh;
+     }},
+    {"skew_tetrahedra", [] { return oracle::tiny_mesh("vertex_link_tetrahedron_inside"); }},
+    {"tetrahedra", [] { return oracle::kuhn_box(2); }},
+    {"moved_tetrahedra",
+     [] {
+       ControlMesh mesh = oracle::kuhn_box(4);
+       oracle::jitter(mesh, 0.5, 5);
+       return mesh;
+     }},
+};
+
+class SampledAsMeshed : public testing::TestWithParam<MeshAsMeshed> {
+ protected:
+  ControlMesh mesh() const {
+    ControlMesh mesh = GetParam().make();
+    if (mesh.channel_count() == 0) oracle::add_random_channels(mesh, 2, 17);
+    mesh.as_meshed = true;
+    mesh.sharp_edges.clear();
+    mesh.sharp_vertices.clear();
+    return mesh;
+  }
+};
+
+TEST_P(SampledAsMeshed, KeepTheToleranceInEveryPixelThoughSlopesJump) {
+  const Errors errors = errors_of(mesh(), 200);
+  EXPECT_GT(errors.pixels, 50'000u);
+  EXPECT_EQ(errors.beyond, 0u) << errors.worst << " at " << errors.worst_at;
+}
+
+TEST_P(SampledAsMeshed, KeepARoughToleranceToo) {
+  const Errors errors = errors_of(mesh(), 48, true);
+  EXPECT_GT(errors.pixels, 2000u);
+  EXPECT_EQ(errors.beyond, 0u) << errors.worst << " at " << errors.worst_at;
+}
+
+INSTANTIATE_TEST_SUITE_P(Meshes, SampledAsMeshed, testing::ValuesIn(kMeshesAsMeshed),
+                         [](const auto& info) { return info.param.name; });
+
 TEST(PlaneSampler, ChannelsThatJumpBetweenRegionsDontMix) {
   for (const oracle::RegionMesh& given : oracle::region_meshes()) {
     ControlMesh mesh =

@@ -9,6 +9,7 @@
 
 #include "core/mesh/validate.h"
 #include "tests/support/brute_force.h"
+#include "tests/support/finite_elements.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -55,6 +56,30 @@ TEST(RefinedMesh, ForgetsWhatAFitMissed) {
   mesh.missed_vertices = {{0, Vec3(-1, -1, -1)}};
   EXPECT_TRUE(refine_mesh(mesh, 1).missed_vertices.empty());
   EXPECT_TRUE(mesh_of_limit_points(mesh).missed_vertices.empty());
+}
+
+double volume_mm3(const ControlMesh& meshed) {
+  const oracle::FiniteElements elements(meshed);
+  double volume = 0;
+  for (std::uint32_t c = 0; c < elements.cell_count(); ++c) volume += elements.volume_mm3(c);
+  return volume;
+}
+
+TEST(RefinedMesh, KeepsTheSolidOfAMeshAsMeshed) {
+  ControlMesh cube = oracle::box_mesh(1, 1, 1, 10);
+  cube.as_meshed = true;
+  for (const int times : {0, 1}) {
+    EXPECT_NEAR(volume_mm3(mesh_of_limit_points(refine_mesh(cube, times))), 1000, 1e-9) << times;
+  }
+  for (const char* name : {"hex_wedge_tet", "cube_of_tets", "edge_valence_5_inside"}) {
+    ControlMesh mesh = oracle::tiny_mesh(name);
+    mesh.as_meshed = true;
+    mesh = valid(mesh);
+    const ControlMesh same = mesh_of_limit_points(mesh), fine = mesh_of_limit_points(refine_mesh(mesh, 2));
+    EXPECT_EQ(same.positions, mesh.positions) << name;
+    EXPECT_EQ(same.channel_values, mesh.channel_values) << name;
+    EXPECT_NEAR(volume_mm3(fine), volume_mm3(mesh), 1e-9 * volume_mm3(mesh)) << name;
+  }
 }
 
 /// Away from a sharp, straight boundary nothing moves: children are where their control cell is.
