@@ -85,7 +85,7 @@ TEST_F(MeantFile, APartIsFittedAndKeepsItsEdges) {
   EXPECT_FALSE(loaded.mesh.sharp_edges.empty());
   const Deviation deviation = measure_limit(loaded.mesh).deviation;
   const double tube_mm3 = std::numbers::pi / 2 * (400 - 100) * 15;
-  EXPECT_NEAR(deviation.limit_volume_mm3 / tube_mm3, 1, 2e-3) << "round, as the part is";
+  EXPECT_NEAR(deviation.limit_volume_mm3 / tube_mm3, 1, 6e-3) << "round, as the part is, but for its ends";
   EXPECT_LT(deviation.control_volume_mm3 / tube_mm3, 0.96) << "the mesh is made of chords";
 }
 

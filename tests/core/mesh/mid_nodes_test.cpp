@@ -62,7 +62,8 @@ TEST(MidNodes, OfOneEdgeInTwoPlacesAreTold) {
   for (std::size_t e = 0; e < 6; ++e) file.second_order.nodes.push_back(e == 2 ? 5 : kNone);  // Of the edge 1-2.
   take_mid_nodes(file);
   EXPECT_EQ(6u, file.mesh.mid_nodes.edges.size());
-  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 edges, faces or cells have several nodes in their middle")));
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 edges, faces or cells have nodes in their middle that disagree"),
+                                         HasSubstr("1 edges, faces or cells have several nodes in their middle")));
 }
 
 TEST(MidNodes, AreRenumberedWithTheirVertices) {

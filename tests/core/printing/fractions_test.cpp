@@ -266,7 +266,7 @@ INSTANTIATE_TEST_SUITE_P(Fractions, Rare,
                                          RareCase{kFine, 0.003f, 3.6}, RareCase{kFine, 0.01f, 4.1},
                                          RareCase{kFine, 0.04f, 6}, RareCase{kEven, 0.0005f, 3},
                                          RareCase{kEven, 0.001f, 3}, RareCase{kEven, 0.003f, 3.1},
-                                         RareCase{kEven, 0.01f, 4.1}, RareCase{kEven, 0.04f, 4}));
+                                         RareCase{kEven, 0.01f, 4.1}, RareCase{kEven, 0.04f, 4.1}));
 
 // Where a material ceases to be rare, errors take over.
 TEST(Gradient, KeepsItsFractionWhereErrorsTakeOver) {
