@@ -38,7 +38,7 @@ struct Options {
   double most_voxels = oracle::HostileOptions().most_voxels;
   std::vector<std::string> meshes;
   std::string json;
-  bool only_linear = false, only_channels = false, prove = false, verbose = false;
+  bool only_linear = false, only_channels = false, only_subdivided = false, prove = false, verbose = false;
 };
 
 std::uint64_t to_number(std::string_view text) {
@@ -84,7 +84,8 @@ class SeedRunner {
  public:
   SeedRunner(const Options& options, const std::vector<oracle::NamedMesh>& meshes)
       : options_(options),
-        hostile_{options.most_voxels, meshes, options.only_linear, options.only_channels, options.prove},
+        hostile_{options.most_voxels,     meshes,       options.only_linear, options.only_channels,
+                 options.only_subdivided, options.prove},
         next_(options.first) {}
 
   std::vector<HostileResult> run() {
