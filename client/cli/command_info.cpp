@@ -37,7 +37,7 @@ struct InfoOptions {
   bool full = false;
 };
 
-/// What the limit of a file's mesh is like, for which the mesh is prepared as a server does.
+/// Facts about the limit of a file's mesh, for which the mesh is prepared as a server does.
 struct LimitFacts {
   LimitShape shape;
   std::uint64_t preparation_bytes = 0;  // What a server reserves to prepare it.
@@ -152,7 +152,7 @@ std::string file_as_json(const LoadedMesh& loaded, const FileFacts& facts) {
   return json.end_object().text();
 }
 
-/// What the volume within straight edges is of.
+/// Names the mesh that the volume within straight edges belongs to.
 std::string faceted_mesh(const ControlMesh& mesh) {
   if (mesh.as_meshed) return mesh.mid_nodes.empty() ? "as meshed " : "with straight edges ";
   return mesh.interpolating ? "mesh of the fitted control points " : "control mesh ";

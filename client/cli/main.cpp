@@ -41,7 +41,7 @@ std::vector<std::string> arguments_of(const CLI::App& app, int argc, char** argv
   return arguments;
 }
 
-/// What the server says of the mesh is said in the numbers of its file.
+/// The server's findings on the mesh are told in the numbers of its file.
 void run(const Command& command, Session& session) {
   try {
     command.run(session);

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a mesh means. Without an option it is a control mesh, designed as one. --as-meshed takes it as it is, as finite
-// elements do (ControlMesh::as_meshed). --part says that it was made of a part: edges that turn by 40 degrees are kept
-// sharp, and control points are fitted, so that the limit passes through the mesh's vertices. Where that fails, a part
-// is taken as meshed.
+// The meaning of a mesh. Without an option it is a control mesh, designed as one. --as-meshed takes it as it is, as
+// finite elements do (ControlMesh::as_meshed). --part says that it was made of a part: edges that turn by 40 degrees
+// are kept sharp, and control points are fitted, so that the limit passes through the mesh's vertices. Where that
+// fails, a part is taken as meshed.
 
 #pragma once
 
@@ -32,7 +32,7 @@ struct MeaningOptions {
 
 void add_meaning_options(CLI::App& command, MeaningOptions& options);
 
-/// What the options say of fitting. Throws UsageError for options that contradict each other.
+/// Returns what the options say of fitting. Throws UsageError for options that contradict each other.
 std::optional<FittedVertices> parse_meaning(const MeaningOptions& options);
 
 /// Has `mesh` taken as meshed, or as a control mesh, which has no mid-nodes: then a note says how many are left out.

@@ -280,7 +280,7 @@ bool changes_mesh(const MeshOptions& options, const Changes& changes) {
          !options.regions_from.empty() || !changes.averaged.empty();
 }
 
-/// What is sharp already can't be taken as meshed, which a part may come to.
+/// A mesh with sharp edges can't be taken as meshed, which a part may come to.
 void refuse_sharp_meshes(const MeshOptions& options, const ControlMesh& mesh) {
   const bool may_be_meshed = options.meaning.as_meshed || options.meaning.part || mesh.as_meshed;
   if (may_be_meshed && mesh.interpolating) refuse_second_fit(options);

@@ -204,7 +204,7 @@ class CurvedCells::Nodes {
     }
   }
 
-  /// What the terms say, unless there is a node. Where a channel jumps at a corner, the corners' mean.
+  /// Adds the node, or else what the terms say. A channel that jumps at a corner has the corners' mean.
   void add(const Terms& terms, std::size_t node, std::span<const std::uint8_t> corners) {
     const std::size_t begin = values_.size();
     values_.resize(begin + dimension_, 0.0);
