@@ -172,6 +172,7 @@ std::shared_ptr<const CellPiece> CellFitter::make_piece(LimitCellId cell, const 
   const unsigned boundary_sides = solid_->boundary_sides(cell), interface_sides = solid_->interface_sides(cell);
   const unsigned own_sides = own_sides_of(box);
   const FaceSurroundings::Piece in_cell{cell, points_, shape, frame, polynomials_, error, own_sides};
+  if (solid_->as_meshed()) piece.reach = surroundings_.reach_as_meshed(in_cell, reach);
   for (std::size_t side = 0; side < 6; ++side) {
     if (!(own_sides >> side & 1)) {
       if (proved_ && surroundings_.reaches_into_patches(in_cell, side)) {

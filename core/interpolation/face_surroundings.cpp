@@ -128,24 +128,49 @@ double FaceSurroundings::least_thickness_mm(LimitCellId touching) const {
   return region(touching) == region(*cell_) ? thickness_of(solid_->index().cell_maps[touching]) : 0;
 }
 
-/// As meshed a channel has other slopes in the next cell. What that may come to in the shell that was found last,
-/// between the steepest that the piece and the cells beyond it have anywhere, is more than the piece's error leaves.
+/// As meshed a channel has other slopes in the next cell. In the shell that was found last that may come to more than
+/// the piece's error leaves.
 bool FaceSurroundings::may_kink(const Piece& piece) {
   double depth_mm = 0;
   for (const BlockShell::Quad& quad : shell_.quads()) {
     depth_mm = std::max(depth_mm, kDeeper * quad.depth * thickness_mm(quad.outwards).norm());
   }
-  const Box3 box = box_of_shell(piece);
+  return !(kink_per_mm(piece, box_of_shell(piece)) * depth_mm <= 1 - piece.error);
+}
+
+double FaceSurroundings::reach_as_meshed(const Piece& piece, double columns) {
+  if (columns == 0) return 0;
+  collect(piece.cell);
+  const Vec3 column_mm = mesh_of_voxel_.linear().col(0);
+  Box3 box;
+  for (const Vec3& point : piece.points) {
+    const Vec3 place = mesh_of_voxel_ * point;
+    box.extend(place - columns * column_mm);
+    box.extend(place + columns * column_mm);
+  }
+  // The piece's own error grows to 1 over all of the columns, the more slowly the nearer: no faster than evenly.
+  const double left = 1 - piece.error;
+  return left / (left / columns + kink_per_mm(piece, box) * column_mm.norm());
+}
+
+/// How fast a channel may get off beside the piece, as a share of its tolerance, where cells beyond it meet the box (mm
+/// of the mesh): between the steepest slopes that it has anywhere in the piece and in them.
+double FaceSurroundings::kink_per_mm(const Piece& piece, const Box3& box) {
   const double voxels_per_mm = voxel_of_mesh_.linear().norm();
-  for (std::size_t c = 0; c < channels_.size(); ++c) {
-    const double most = (1 - piece.error) * channels_[c].tolerance / depth_mm;
-    const double own = bound_of_slopes(piece.polynomials[c], 1).cwiseProduct(piece.frame.scale).norm() * voxels_per_mm;
-    for (Touching& touching : touching_) {
-      if (!solid_->index().cell_boxes.box(touching.cell).intersects(box)) continue;
-      if (touching.thickness_mm == 0 || !(own + slopes_per_mm(touching)[c] <= most)) return true;
+  std::vector<double> own;
+  for (const CubicPolynomial& polynomial : piece.polynomials) {
+    own.push_back(bound_of_slopes(polynomial, 1).cwiseProduct(piece.frame.scale).norm() * voxels_per_mm);
+  }
+  double kink = 0;
+  for (Touching& touching : touching_) {
+    if (!solid_->index().cell_boxes.box(touching.cell).intersects(box)) continue;
+    if (touching.thickness_mm == 0) return std::numeric_limits<double>::infinity();
+    const std::vector<double>& slopes = slopes_per_mm(touching);
+    for (std::size_t c = 0; c < channels_.size(); ++c) {
+      kink = std::max(kink, (own[c] + slopes[c]) / channels_[c].tolerance);
     }
   }
-  return false;
+  return kink;
 }
 
 /// By channel of the spec.

@@ -117,6 +117,13 @@ TEST(HostileJob, TrianglesKeepTheToleranceWhereMapsDegenerateIfProofIsAskedFor) 
   }
 }
 
+// A piece was followed across a gap into the next cell, where slopes jump as meshed: 3.5 times the tolerance.
+TEST(HostileJob, PiecesAsMeshedAreNotFollowedFarBeyondAKink) {
+  const HostileResult result = run_hostile_seed(3234);
+  EXPECT_FALSE(result.failed()) << to_text(result);
+  EXPECT_GT(result[HostileCheck::kTolerance].compared, 20000u);
+}
+
 // Checks of what no seed draws would pass for want of cases.
 TEST(HostileJob, MeetsAllKindsOfRegionsPlanesAndMaterials) {
   std::string all;

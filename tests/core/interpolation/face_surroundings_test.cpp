@@ -164,6 +164,42 @@ TEST(FaceSurroundings, AreNotSampledWhereAllIsToBeProved) {
   EXPECT_TRUE(unproved(none, 1e-6).empty()) << "constants have none";
 }
 
+/// Cubes of 20 mm in a row, as meshed, whose channel grows by 1 along the second.
+ControlMesh cubes_as_meshed(int count) {
+  ControlMesh mesh = oracle::box_mesh(count, 1, 1, 20);
+  mesh.as_meshed = true;
+  return mesh;
+}
+
+double in_the_second(const Vec3& p) { return std::max(p.x() / 20 - 1, 0.0); }
+
+TEST(FaceSurroundings, LetPiecesAsMeshedReachNoFartherThanAKinkLeaves) {
+  constexpr double kTolerance = 1e-3, kColumns = 8;
+  const Graded graded(cubes_as_meshed(2), in_the_second, kTolerance, false);
+  FaceSurroundings surroundings(graded.solid, graded.spec);
+  const double most_columns = 20 * kTolerance / 0.2;  // There the channel has grown by the tolerance.
+  std::size_t beside = 0;
+  for_each_piece(graded, [&](const FaceSurroundings::Piece& piece) {
+    const double reach = surroundings.reach_as_meshed(piece, kColumns);
+    EXPECT_GT(reach, 0);
+    EXPECT_LE(reach, most_columns);
+    ++beside;
+    EXPECT_EQ(surroundings.reach_as_meshed(piece, 0), 0);
+  });
+  EXPECT_GT(beside, 0u);
+}
+
+TEST(FaceSurroundings, LetPiecesAsMeshedReachAsFarAsTheyHoldWhereNoCellIsNear) {
+  const Graded graded(cubes_as_meshed(1), in_the_second, 1e-3, false);
+  FaceSurroundings surroundings(graded.solid, graded.spec);
+  std::size_t pieces = 0;
+  for_each_piece(graded, [&](const FaceSurroundings::Piece& piece) {
+    EXPECT_DOUBLE_EQ(surroundings.reach_as_meshed(piece, 8), 8);
+    ++pieces;
+  });
+  EXPECT_GT(pieces, 0u);
+}
+
 /// Pieces, proved ones, of a vertex and its surroundings. Their channel is exact in whatever piece, so they are as
 /// large as their bulge allows.
 class FaceSurroundingsOfPatches : public testing::Test {
