@@ -54,7 +54,7 @@ std::string distance_for(double apart_mm) {
 }
 
 /// Cells without common points are parts of their own, which hardly anybody means.
-void warn_of_parts(const MergeOptions& options, bool is_contract, const ControlMesh& mesh,
+void warn_of_parts(const MergeOptions& options, bool is_contract, double same_mm, const ControlMesh& mesh,
                    std::vector<std::string>& notes) {
   constexpr std::size_t kFewest = 3;
   constexpr double kNear = 1e-6;  // Of the part's size.
@@ -77,7 +77,7 @@ void warn_of_parts(const MergeOptions& options, bool is_contract, const ControlM
   }
   note += "; points of different parts are ";
   note += near.apart_mm > 0 ? "no more than " + mm_text(near.apart_mm) + " apart" : "at the same coordinates";
-  const std::string remedy = options.no_merge && near.apart_mm <= same_place_mm(mesh)
+  const std::string remedy = options.no_merge && near.apart_mm <= same_mm
                                  ? "without --no-merge there are "
                                  : "with --merge-points " + distance_for(near.apart_mm) + " there are ";
   notes.push_back(note + ": " + remedy + (near.count == 1 ? "no separate ones" : show_count(near.count) + " parts"));
@@ -89,8 +89,9 @@ void add_merge_options(CLI::App& command, MergeOptions& options) {
   CLI::Option* distance = command
                               .add_option("--merge-points", options.merge_points,
                                           "Join points that are no farther apart than this, in mm as --units makes "
-                                          "them, before --size (default: a billionth of the part's size, and nothing "
-                                          "in a .ccmesh or its .json)")
+                                          "them, before --size (default: a billionth of the part's size, or what "
+                                          "coordinates of single precision leave open; nothing in a .ccmesh or its "
+                                          ".json)")
                               ->group("Mesh");
   command
       .add_flag("--no-merge", options.no_merge,
@@ -111,11 +112,11 @@ void check_merge_options(const MergeOptions& options) {
   }
 }
 
-bool merge_points(const MergeOptions& options, bool is_contract, MeshFile& file) {
+bool merge_points(const MergeOptions& options, bool is_contract, double same_mm, MeshFile& file) {
   JoinReport report;
   const bool asked = !options.merge_points.empty();
   if (!options.no_merge && (asked || !is_contract)) {
-    const double distance_mm = asked ? parse_number("--merge-points", options.merge_points) : same_place_mm(file.mesh);
+    const double distance_mm = asked ? parse_number("--merge-points", options.merge_points) : same_mm;
     try {
       report = join_points(distance_mm, file.mesh, file.numbers);
     } catch (const Error& error) {
@@ -125,7 +126,7 @@ bool merge_points(const MergeOptions& options, bool is_contract, MeshFile& file)
     }
     add_join_notes(report, distance_mm, file.warnings);
   }
-  warn_of_parts(options, is_contract, file.mesh, file.warnings);
+  warn_of_parts(options, is_contract, same_mm, file.mesh, file.warnings);
   return report.places > 0;
 }
 

@@ -30,10 +30,11 @@ void add_merge_options(CLI::App& command, MergeOptions& options);
 void check_merge_options(const MergeOptions& options);
 
 /// Joins points of the file as the options say, and adds sentences on that to the file's warnings. Meshes of the
-/// contract have the points that are meant, so theirs are joined only on demand. Says where parts look like one. Says
-/// whether anything is joined. Throws what join_points() does, with the options that help. REQUIRES: a mesh that passes
-/// check_arrays(), but for its positions and values, or one that a reader made.
-bool merge_points(const MergeOptions& options, bool is_contract, MeshFile& file);
+/// contract have the points that are meant, so theirs are joined only on demand. `same_mm`: same_place_mm() in the
+/// file's own unit, as mm of the mesh. Says where parts look like one. Says whether anything is joined. Throws what
+/// join_points() does, with the options that help. REQUIRES: a mesh that passes check_arrays(), but for its positions
+/// and values, or one that a reader made.
+bool merge_points(const MergeOptions& options, bool is_contract, double same_mm, MeshFile& file);
 
 /// validate_and_connect() of `checked`, a copy of `mesh`. Where the mesh touches itself both are split first, unless
 /// the options forbid it, and a sentence on that goes to `notes`. `was_split` says whether.

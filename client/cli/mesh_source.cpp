@@ -29,6 +29,7 @@
 #include "core/mesh/cell_regions.h"
 #include "core/mesh/check_arrays.h"
 #include "core/mesh/grade.h"
+#include "core/mesh/join_points.h"
 #include "core/mesh/mesh_file.h"
 #include "core/mesh/renumber_text.h"
 
@@ -297,6 +298,7 @@ void refuse_sharp_meshes(const MeshOptions& options, const ControlMesh& mesh) {
 bool merge_and_mark(const MeshOptions& options, const Changes& changes, bool is_contract, MeshFile& file) {
   check_channel_names(file.mesh);
   file.mesh.allow_folds = file.mesh.allow_folds || options.allow_folds;
+  const double same_mm = changes.sizing.mm_per_unit * same_place_mm(file.mesh);  // Single precision is the file's.
   apply_units(changes.sizing, file.mesh);
   refuse_sharp_meshes(options, file.mesh);
   // A .ccmesh says itself how it is taken, and a part may turn out to be taken as meshed.
@@ -308,7 +310,7 @@ bool merge_and_mark(const MeshOptions& options, const Changes& changes, bool is_
   }
   if (!options.regions_from.empty()) make_cell_regions(options.regions_from, file);
   take_lists(options, changes, file);
-  const bool joined = merge_points(options.merge, is_contract, file);
+  const bool joined = merge_points(options.merge, is_contract, same_mm, file);
   take_cell_numbers(options.regions_from, changes.averaged, file);
   return joined;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <span>
@@ -17,13 +18,15 @@
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/mesh/cell_complex.h"
+#include "core/mesh/join_points.h"
 #include "core/mesh/mid_nodes.h"
+#include "core/mesh/point_clusters.h"
 #include "core/mesh/polyhedra.h"
 
 namespace ccslice {
 namespace {
 
-using Quadrilateral = std::array<std::uint32_t, 4>;  // Its vertices, ascending.
+using Quadrilateral = std::array<std::uint32_t, 4>;  // The places of its vertices, ascending.
 
 enum class Shape : std::uint8_t { kCell, kPyramid, kTetOverQuadrilateral };
 
@@ -107,11 +110,6 @@ std::optional<Collapsed> what_is_left(CellKind kind, std::span<const std::uint32
   return whole ? std::optional(result) : std::nullopt;
 }
 
-Quadrilateral sorted(std::array<std::uint32_t, 4> ring) {
-  std::ranges::sort(ring);
-  return ring;
-}
-
 class Resolver {
  public:
   explicit Resolver(MeshFile& file) : file_(file), mesh_(file.mesh) {}
@@ -119,6 +117,7 @@ class Resolver {
   void resolve() {
     find_collapsed();
     if (collapsed_.empty()) return;
+    find_places();
     find_quadrilaterals();
     refuse_cells_beyond();
     replace_cells();
@@ -129,8 +128,9 @@ class Resolver {
   /// A quadrilateral that is to be halved: along which diagonal, and for which of the collapsed cells.
   struct Halved {
     std::array<std::uint32_t, 4> ring{};
-    std::array<std::uint32_t, 2> diagonal{};
+    std::array<std::uint32_t, 2> diagonal{};  // The places of its ends, ascending.
     std::vector<std::size_t> cells;
+    bool has_node = false;  // In its middle.
   };
 
   template <typename Use>
@@ -153,6 +153,29 @@ class Resolver {
     });
   }
 
+  /// Cells of files in which each has points of its own are neighbours by their points' places.
+  void find_places() {
+    if (std::ranges::all_of(collapsed_, [](const Collapsed& cell) { return cell.shape == Shape::kCell; })) return;
+    places_.resize(mesh_.vertex_count());
+    std::iota(places_.begin(), places_.end(), 0u);
+    for (const PointCluster& cluster : find_point_clusters(mesh_.positions, same_place_mm(mesh_))) {
+      for (const std::uint32_t point : cluster.points) places_[point] = cluster.points.front();
+    }
+  }
+
+  /// Of a vertex; of kNone it is kNone.
+  std::uint32_t place_of(std::uint32_t vertex) const { return vertex < places_.size() ? places_[vertex] : vertex; }
+
+  Quadrilateral key_of(std::array<std::uint32_t, 4> ring) const {
+    for (std::uint32_t& vertex : ring) vertex = place_of(vertex);
+    std::ranges::sort(ring);
+    return ring;
+  }
+
+  std::array<std::uint32_t, 2> places_of_ends(std::uint32_t a, std::uint32_t b) const {
+    return sorted_ends(place_of(a), place_of(b));
+  }
+
   /// Whether the triangles on both sides of the diagonal from corner `from` on are turned the same way.
   bool parts_well(const std::array<std::uint32_t, 4>& ring, std::size_t from) const {
     const auto at = [&](std::size_t i) -> const Vec3& { return mesh_.positions[ring[(from + i) % 4]]; };
@@ -164,7 +187,7 @@ class Resolver {
     const auto length = [&](std::size_t from) {
       return (mesh_.positions[ring[from + 2]] - mesh_.positions[ring[from]]).squaredNorm();
     };
-    const auto ends = [&](std::size_t from) { return sorted_ends(ring[from], ring[from + 2]); };
+    const auto ends = [&](std::size_t from) { return places_of_ends(ring[from], ring[from + 2]); };
     const bool first = parts_well(ring, 0), second = parts_well(ring, 1);
     if (first != second) return ends(first ? 0 : 1);
     if (length(0) != length(1)) return ends(length(0) < length(1) ? 0 : 1);
@@ -177,11 +200,12 @@ class Resolver {
       for (std::size_t i = 0; i < collapsed_.size(); ++i) {
         const Collapsed& cell = collapsed_[i];
         if (cell.shape != shape) continue;
-        const auto [place, is_new] = halved_.try_emplace(sorted(cell.base));
+        const auto [place, is_new] = halved_.try_emplace(key_of(cell.base));
         Halved& halved = place->second;
         if (is_new) {
           halved.ring = cell.base;
-          halved.diagonal = shape == Shape::kPyramid ? diagonal_of(cell.base) : cell.diagonal_of_tet;
+          const auto& [a, b] = cell.diagonal_of_tet;
+          halved.diagonal = shape == Shape::kPyramid ? diagonal_of(cell.base) : places_of_ends(a, b);
         }
         halved.cells.push_back(i);
       }
@@ -192,9 +216,19 @@ class Resolver {
   bool fits(const Halved& halved) const {
     return halved.cells.size() < 3 && std::ranges::all_of(halved.cells, [&](std::size_t i) {
              const auto& base = collapsed_[i].base;
-             return halved.diagonal == sorted_ends(base[0], base[2]) ||
-                    halved.diagonal == sorted_ends(base[1], base[3]);
+             return halved.diagonal == places_of_ends(base[0], base[2]) ||
+                    halved.diagonal == places_of_ends(base[1], base[3]);
            });
+  }
+
+  /// Of these four vertices those that the diagonal runs between, ascending.
+  std::array<std::uint32_t, 2> ends_of_diagonal(const std::array<std::uint32_t, 4>& vertices,
+                                                const Halved& halved) const {
+    std::vector<std::uint32_t> ends;
+    for (const std::uint32_t vertex : vertices) {
+      if (contains(halved.diagonal, place_of(vertex))) ends.push_back(vertex);
+    }
+    return sorted_ends(ends.front(), ends.back());
   }
 
   std::string number_of(std::uint32_t cell) const {
@@ -217,7 +251,7 @@ class Resolver {
     const auto look_at = [&](std::uint32_t cell, CellKind kind, std::span<const std::uint32_t> corners) {
       for (const LocalFace& face : cell_topology(kind).faces) {
         if (face.size != 4) continue;
-        const auto found = halved_.find(sorted(corners_of_face(kind, face, corners)));
+        const auto found = halved_.find(key_of(corners_of_face(kind, face, corners)));
         if (found != halved_.end()) add(found->second, cell);
       }
     };
@@ -250,7 +284,8 @@ class Resolver {
 
   MeshFile& file_;
   ControlMesh& mesh_;
-  std::vector<Collapsed> collapsed_;  // By cell, ascending.
+  std::vector<Collapsed> collapsed_;   // By cell, ascending.
+  std::vector<std::uint32_t> places_;  // By vertex: the first one in its place. Empty if nothing is halved.
   std::map<Quadrilateral, Halved> halved_;
 };
 
@@ -262,8 +297,7 @@ void Resolver::append(const Collapsed& cell, std::vector<CellKind>& kinds, std::
   }
   kinds.push_back(cell.kind);
   const auto& base = cell.base;
-  const auto& diagonal = halved_.at(sorted(base)).diagonal;
-  const std::size_t from = base[0] == diagonal[0] || base[0] == diagonal[1] ? 0 : 1;
+  const std::size_t from = contains(halved_.at(key_of(base)).diagonal, place_of(base[0])) ? 0 : 1;
   const auto at = [&](std::size_t i) { return base[(from + i) % 4]; };
   vertices.insert(vertices.end(), {at(0), at(1), at(2), cell.corners[4], at(0), at(2), at(3), cell.corners[4]});
 }
@@ -326,9 +360,13 @@ void Resolver::renumber_mid_nodes(std::span<const std::uint32_t> first) {
     ++node;
   }
   for (const auto& face : nodes.faces) {
-    const auto halved = halved_.find(face);
-    if (halved == halved_.end()) list.add_face(face, nodes.positions[node], values_of(node));
-    if (halved != halved_.end()) list.add_edge(halved->second.diagonal, nodes.positions[node], values_of(node));
+    const auto halved = halved_.find(key_of(face));
+    if (halved == halved_.end()) {
+      list.add_face(face, nodes.positions[node], values_of(node));
+    } else {
+      list.add_edge(ends_of_diagonal(face, halved->second), nodes.positions[node], values_of(node));
+      halved->second.has_node = true;
+    }
     ++node;
   }
   for (const std::uint32_t cell : nodes.cells) {
@@ -337,7 +375,7 @@ void Resolver::renumber_mid_nodes(std::span<const std::uint32_t> first) {
     ++node;
   }
   for (const auto& [key, halved] : halved_) {
-    if (!std::ranges::binary_search(nodes.faces, key)) add_node_of_diagonal(halved, nodes, list);
+    if (!halved.has_node) add_node_of_diagonal(halved, nodes, list);
   }
   mesh_.mid_nodes = list.finish().nodes;
 }
@@ -363,7 +401,7 @@ void Resolver::add_node_of_diagonal(const Halved& halved, const MidNodes& nodes,
       values[channel] += at / 2 - value(a) / 4;
     }
   }
-  if (curved) list.add_edge(halved.diagonal, middle, values);
+  if (curved) list.add_edge(ends_of_diagonal(halved.ring, halved), middle, values);
 }
 
 void Resolver::note() {

@@ -4,9 +4,6 @@
 #include "core/mesh/read_vtu.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -24,16 +21,6 @@
 namespace ccslice {
 namespace {
 
-/// A position's bits, the same for both zeros.
-using PositionKey = std::array<std::uint64_t, 3>;
-PositionKey key_of(const Vec3& position) {
-  PositionKey key{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    key[axis] = std::bit_cast<std::uint64_t>(position[static_cast<Eigen::Index>(axis)] + 0.0);
-  }
-  return key;
-}
-
 class VtuReader {
  public:
   VtuReader(std::string_view bytes, const MeshLimits& limits) : document_(bytes), limits_(limits) {}
@@ -41,12 +28,6 @@ class VtuReader {
   MeshFile read();
 
  private:
-  /// A point of the piece: which vertex it is, and whether it came with it.
-  struct Point {
-    std::uint32_t vertex;
-    bool is_new;
-  };
-
   void read_piece(pugi::xml_node piece);
   void read_points(pugi::xml_node piece, std::uint64_t count);
   void read_cells(pugi::xml_node piece, std::uint64_t count);
@@ -65,23 +46,19 @@ class VtuReader {
   const MeshLimits& limits_;
   MeshFile file_;
   UnfitNumbers unfit_;
-  std::uint64_t pieces_ = 0, pieces_in_file_ = 0, points_ = 0, cells_ = 0, merged_ = 0, ghosts_ = 0;
+  std::uint64_t pieces_ = 0, cells_ = 0, ghosts_ = 0;
   bool has_rational_weights_ = false;
-  std::vector<Point> piece_points_;
-  std::vector<std::uint32_t> piece_cells_;         // Which of the piece's cells are the mesh's last ones.
-  std::map<PositionKey, std::uint32_t> vertices_;  // Of earlier pieces, if there are several.
+  std::uint32_t first_point_ = 0;           // Of the piece.
+  std::vector<std::uint32_t> piece_cells_;  // Which of the piece's cells are the mesh's last ones.
   std::vector<NamedChannel> channels_;
   std::vector<std::string> left_out_;  // A sentence each, once.
   VtkCellAppender appender_{file_};
-  /// By point data: points whose values are others than those of an earlier piece at the same place.
-  std::map<std::string, std::size_t> other_values_;
 };
 
 MeshFile VtuReader::read() {
   const auto has_points = [](pugi::xml_node piece) {
     return std::string_view(piece.attribute("NumberOfPoints").value()) != "0";
   };
-  for (const pugi::xml_node piece : document_.grid().children("Piece")) pieces_in_file_ += has_points(piece);
   for (const pugi::xml_node piece : document_.grid().children("Piece")) {
     if (has_points(piece)) read_piece(piece);
   }
@@ -99,9 +76,9 @@ MeshFile VtuReader::read() {
 }
 
 void VtuReader::read_piece(pugi::xml_node piece) {
-  const std::uint64_t points = document_.count(piece, "NumberOfPoints", limits_.max_vertices - points_);
+  const std::uint64_t points =
+      document_.count(piece, "NumberOfPoints", limits_.max_vertices - file_.mesh.vertex_count());
   const std::uint64_t cells = document_.count(piece, "NumberOfCells", limits_.max_cells - cells_);
-  points_ += points;
   cells_ += cells;
   read_points(piece, points);
   read_cells(piece, cells);
@@ -110,10 +87,6 @@ void VtuReader::read_piece(pugi::xml_node piece) {
   ++pieces_;
   drop_partial_channels();
   drop_partial_numbers();
-  if (pieces_in_file_ == 1) return;
-  for (const Point& point : piece_points_) {
-    if (point.is_new) vertices_.emplace(key_of(file_.mesh.positions[point.vertex]), point.vertex);
-  }
 }
 
 void VtuReader::read_points(pugi::xml_node piece, std::uint64_t count) {
@@ -122,18 +95,11 @@ void VtuReader::read_points(pugi::xml_node piece, std::uint64_t count) {
     document_.fail(array, ErrorCode::kFileSyntax, "points need 3 components (NumberOfComponents)");
   }
   VtuNumbers numbers = document_.open(array, 3 * count);
-  piece_points_.clear();
   std::vector<Vec3>& positions = file_.mesh.positions;
+  first_point_ = static_cast<std::uint32_t>(positions.size());
   for (std::uint64_t i = 0; i < count; ++i) {
-    const Vec3 position = unfit_.position(numbers.values(), positions.size(), numbers.text());
-    const auto known = position.allFinite() ? vertices_.find(key_of(position)) : vertices_.end();
-    const bool is_new = known == vertices_.end();
-    piece_points_.push_back({is_new ? static_cast<std::uint32_t>(positions.size()) : known->second, is_new});
-    if (is_new) {
-      positions.push_back(position);
-      file_.numbers.vertices.push_back(points_ - count + i);
-    }
-    merged_ += !is_new;
+    positions.push_back(unfit_.position(numbers.values(), positions.size(), numbers.text()));
+    file_.numbers.vertices.push_back(positions.size() - 1);
   }
   numbers.require_end();
 }
@@ -141,10 +107,10 @@ void VtuReader::read_points(pugi::xml_node piece, std::uint64_t count) {
 void VtuReader::read_cells(pugi::xml_node piece, std::uint64_t count) {
   piece_cells_.clear();
   if (count == 0) return;
-  VtkCells cells = read_vtu_cells(document_, piece, count, piece_points_.size(), limits_);
-  for (std::uint32_t& point : cells.connectivity) point = piece_points_[point].vertex;
+  VtkCells cells = read_vtu_cells(document_, piece, count, file_.mesh.vertex_count() - first_point_, limits_);
+  for (std::uint32_t& point : cells.connectivity) point += first_point_;
   if (cells.faces) {
-    for (std::uint32_t& point : cells.faces->points) point = piece_points_[point].vertex;
+    for (std::uint32_t& point : cells.faces->points) point += first_point_;
   }
   cells.first_number = cells_ - count;
   ghosts_ += static_cast<std::uint64_t>(std::ranges::count(cells.ghosts, true));
@@ -193,19 +159,13 @@ void VtuReader::read_channels(pugi::xml_node array, const std::string& name) {
     }
     channels.push_back(&*found);
   }
-  VtuNumbers numbers = document_.open(array, components * piece_points_.size());
-  std::size_t others = 0;
-  for (const Point& point : piece_points_) {
-    bool same = true;
+  VtuNumbers numbers = document_.open(array, components * (file_.mesh.vertex_count() - first_point_));
+  for (std::uint32_t vertex = first_point_; vertex < file_.mesh.vertex_count(); ++vertex) {
     for (NamedChannel* channel : channels) {
-      const double value = numbers.values().any_real("a value");
-      if (point.is_new) channel->values.push_back(unfit_.value(value, point.vertex, "a value", numbers.text()));
-      same = same && channel->values[point.vertex] == static_cast<float>(value);
+      channel->values.push_back(unfit_.value(numbers.values().any_real("a value"), vertex, "a value", numbers.text()));
     }
-    others += !point.is_new && !same;
   }
   numbers.require_end();
-  if (others > 0) other_values_[name] += others;
 }
 
 /// A name that comes again isn't read again: a small file that repeats a large array would take hours.
@@ -317,14 +277,6 @@ void VtuReader::drop_partial_channels() {
 }
 
 void VtuReader::warn() {
-  if (pieces_ > 1) {
-    file_.warnings.push_back(std::to_string(pieces_) + " pieces merged: " + std::to_string(merged_) +
-                             " points at places of an earlier piece's points are the same vertices");
-  }
-  for (const auto& [name, points] : other_values_) {
-    file_.warnings.push_back("point data '" + printable(name) + "': at " + std::to_string(points) +
-                             " of these points the pieces disagree, and the first one's values are taken");
-  }
   if (ghosts_ > 0) {
     const std::string lone =
         pieces_ > 1 ? "" : ", and this is one piece only: merge all into one .vtu, as ParaView does";

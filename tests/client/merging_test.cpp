@@ -155,6 +155,22 @@ TEST_F(MergingCommand, SlicesCellsWithOwnPointsAsThoseWithCommonOnes) {
   EXPECT_EQ(layers(own, "sliced_own"), sliced);
 }
 
+TEST_F(MergingCommand, TakesSinglePrecisionAsTheFileHasIt) {
+  const std::vector<Point> points = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 0},
+                                     {0, 0, 1}, {1, 0, 1}, {2, 0, 1}, {0, 1, 1}, {1, 1, 1}, {2, 1, 1}};
+  const std::vector<std::array<int, 8>> cells = {{0, 1, 4, 3, 6, 7, 10, 9}, {1, 2, 5, 4, 7, 8, 11, 10}};
+  // Where the cells meet those of the second are two units in the last place of a float off.
+  const std::string own = write("own.vtk", own_points(points, cells, [](std::size_t cell, std::size_t i) {
+                                  return cell == 1 && i % 4 % 3 == 0 ? std::ldexp(1, -22) : 0;
+                                }));
+  for (const std::vector<std::string>& units : {{}, std::vector<std::string>{"--units", "in"}}) {
+    std::vector<std::string> arguments = {"info", own, "--json"};
+    arguments.insert(arguments.end(), units.begin(), units.end());
+    const ProcessResult info = run_alone(arguments);
+    EXPECT_EQ(json_at(info.out, "vertices").number_value(), 12) << info.out << info.err;
+  }
+}
+
 TEST_F(MergingCommand, SaysLoudlyThatCellsAreParts) {
   const Ring ring = ring_of_96();
   // Neighbours are in different ones of eight classes.

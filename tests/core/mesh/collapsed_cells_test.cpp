@@ -8,10 +8,13 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "core/mesh/connected_parts.h"
+#include "core/mesh/join_points.h"
 #include "core/mesh/validate.h"
 #include "tests/core/mesh/expect_error.h"
 
@@ -177,6 +180,54 @@ TEST(CollapsedCells, PyramidsBesideHexahedraAreRefusedByTheFilesNumbers) {
 }
 
 // A tetrahedron as LS-DYNA has it leaves no choice of the diagonal.
+/// The same file, each of whose cells has points of its own, the last digits of which differ.
+MeshFile with_own_points(const MeshFile& file) {
+  MeshFile own = file;
+  own.mesh.positions.clear();
+  std::size_t begin = 0;
+  for (const CellKind kind : file.mesh.cell_kinds) {
+    const auto end = begin + static_cast<std::size_t>(corner_count(kind));
+    std::map<std::uint32_t, std::uint32_t> points;  // A cell may name one of its points twice.
+    for (; begin < end; ++begin) {
+      const std::uint32_t corner = file.mesh.cell_vertices[begin];
+      const auto [place, is_new] = points.try_emplace(corner, own.mesh.positions.size());
+      if (is_new) own.mesh.positions.push_back(file.mesh.positions[corner] * (1 + 1e-15 * static_cast<double>(begin)));
+      own.mesh.cell_vertices[begin] = place->second;
+    }
+  }
+  return own;
+}
+
+TEST(CollapsedCells, PyramidsWithPointsOfTheirOwnAreHalvedAlike) {
+  const MeshFile shared =
+      file_of({{CellKind::kHex, {4, 5, 6, 7, 8, 8, 8, 8}}, {CellKind::kHex, {5, 6, 7, 4, 13, 13, 13, 13}}});
+  MeshFile file = with_own_points(shared);
+  ASSERT_EQ(file.mesh.vertex_count(), 10u);
+  resolve_collapsed_cells(file);
+  join_points(same_place_mm(file.mesh), file.mesh, file.numbers);
+  EXPECT_EQ(file.mesh.vertex_count(), 6u);
+  ASSERT_EQ(file.mesh.cell_count(), 4u);
+  EXPECT_EQ(count_parts(file.mesh).count, 1u);
+  std::map<std::set<std::uint32_t>, int> triangles;  // Cells at each.
+  for (std::size_t first = 0; first < 16; first += 4) {
+    for (std::size_t left_out = 0; left_out < 4; ++left_out) {
+      std::set<std::uint32_t> triangle;
+      for (std::size_t i = 0; i < 4; ++i) {
+        if (i != left_out) triangle.insert(file.mesh.cell_vertices[first + i]);
+      }
+      ++triangles[triangle];
+    }
+  }
+  EXPECT_EQ(std::ranges::count(triangles, 2, [](const auto& each) { return each.second; }), 4)
+      << "two within the pyramids, two between them";
+}
+
+TEST(CollapsedCells, PyramidsBesideHexahedraWithPointsOfTheirOwnAreRefused) {
+  MeshFile file = with_own_points(
+      file_of({{CellKind::kHex, {0, 1, 2, 3, 4, 5, 6, 7}}, {CellKind::kHex, {4, 5, 6, 7, 13, 13, 13, 13}}}));
+  expect_error([&] { resolve_collapsed_cells(file); }, ErrorCode::kMeshUnsupportedCell, "pyramid 101 at cell 100");
+}
+
 TEST(CollapsedCells, PyramidsFollowACollapsedTetrahedron) {
   MeshFile file = file_of({{CellKind::kHex, pyramid(0, 1, 2, 3, 13)}, {CellKind::kHex, {0, 3, 2, 1, 1, 1, 1, 1}}});
   file.mesh.positions[0].z() = -1;  // The other diagonal is the shorter one.

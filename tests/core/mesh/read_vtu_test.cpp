@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/mesh/cell_numbers.h"
+#include "core/mesh/join_points.h"
 #include "core/mesh/validate.h"
 #include "tests/core/mesh/expect_error.h"
 
@@ -219,22 +220,24 @@ std::string two_pieces(const std::string& first, const std::string& second) {
                piece(5, "1 1 1  0 0 1  0 -0.0 0  1 0 0  0 1 0", 2, "3 4 1 0 2 3 4 1", "4 8", "10 10", ghosts + second));
 }
 
-TEST(ReadVtu, MergesPieces) {
-  MeshFile file = read_vtu(two_pieces(point_data(array("a", "Int32", "1 2 3 4") + array("b", "Int32", "1 1 1 1")),
-                                      point_data(array("c", "Int32", "1 1 1 1 1") + array("a", "Int32", "5 9 9 9 9"))));
-  EXPECT_EQ(file.mesh.vertex_count(), 5u);
+// Points in one place are joined later, like those of any file (core/mesh/join_points.h).
+TEST(ReadVtu, PutsPiecesOneAfterAnother) {
+  const std::string values = point_data(array("c", "Int32", "1 1 1 1 1") + array("a", "Int32", "5 2 1 3 4"));
+  MeshFile file =
+      read_vtu(two_pieces(point_data(array("a", "Int32", "1 3 4 2") + array("b", "Int32", "1 1 1 1")), values));
+  EXPECT_EQ(file.mesh.vertex_count(), 8u) << "without the one of the ghost alone";
   EXPECT_EQ(file.mesh.cell_count(), 2u);
-  EXPECT_THAT(file.mesh.cell_vertices, ElementsAre(0, 1, 2, 3, 1, 2, 3, 4));
+  EXPECT_THAT(file.mesh.cell_vertices, ElementsAre(0, 1, 2, 3, 6, 7, 5, 4));
   EXPECT_THAT(file.mesh.channel_names, ElementsAre("a"));
-  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 2, 3, 4, 5));
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 3, 4, 2, 5, 2, 3, 4));
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 vertex that no cell uses left out"),
+                                         "1 ghost cells left out: other pieces have them",
+                                         "point data 'c' left out: not every piece has it once",
+                                         "point data 'b' left out: not every piece has it once"));
+  EXPECT_EQ(join_points(0, file.mesh, file.numbers).places, 3u);
+  EXPECT_EQ(file.mesh.vertex_count(), 5u);
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 3, 4, 2, 5));
   EXPECT_NO_THROW(validate(file.mesh));
-  EXPECT_THAT(
-      file.warnings,
-      ElementsAre("2 pieces merged: 4 points at places of an earlier piece's points are the same vertices",
-                  "point data 'a': at 4 of these points the pieces disagree, and the first one's values are taken",
-                  "1 ghost cells left out: other pieces have them",
-                  "point data 'c' left out: not every piece has it once",
-                  "point data 'b' left out: not every piece has it once"));
 }
 
 TEST(ReadVtu, TakesAnyNumbersWhereNoCellIs) {
