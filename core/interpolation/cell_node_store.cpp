@@ -5,6 +5,8 @@
 
 #include <utility>
 
+#include "core/interpolation/tile_trials.h"
+
 namespace ccslice {
 namespace {
 
@@ -52,6 +54,11 @@ std::shared_ptr<BlockStencils> CellNodeStore::stencils_of(const LimitSolid& soli
   std::call_once(stencils_made_,
                  [&] { stencils_ = std::make_shared<BlockStencils>(solid.data(), kMostBytesOfStencils); });
   return stencils_;
+}
+
+bool CellNodeStore::tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec) {
+  std::call_once(tiles_tried_, [&] { tiles_fit_ = do_tiles_fit(solid, spec, stencils_of(*solid)); });
+  return tiles_fit_;
 }
 
 std::size_t CellNodeStore::memory_bytes() const {

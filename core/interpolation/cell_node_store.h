@@ -41,6 +41,9 @@ class CellNodeStore {
   /// What blocks of the job's cells are sampled with. REQUIRES: always the same solid, which outlives this.
   [[nodiscard]] std::shared_ptr<BlockStencils> stencils_of(const LimitSolid& solid);
 
+  /// do_tiles_fit(). REQUIRES: always the same solid and spec.
+  [[nodiscard]] bool tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec);
+
   /// What the kept nodes take.
   std::size_t memory_bytes() const;
 
@@ -55,6 +58,8 @@ class CellNodeStore {
 
   std::once_flag stencils_made_;
   std::shared_ptr<BlockStencils> stencils_;
+  std::once_flag tiles_tried_;
+  bool tiles_fit_ = true;
   const std::size_t most_bytes_;
   mutable std::mutex mutex_;  // Guards what follows.
   std::size_t bytes_ = 0;

@@ -33,10 +33,10 @@ class SlabMaterials::State {
         const std::shared_ptr<CellNodeStore>& store, const RowRange& rows)
       : grid_(spec.grid),
         guard_(field, spec),
-        pieces_(solid, spec),
+        pieces_(solid, spec, store->tiles_fit(solid, spec)),
         piece_finder_(solid, spec, store, rows),
         tiles_(spec.grid, spec.channels.size()),
-        tile_builder_(solid, field, spec, store->stencils_of(*solid)),
+        tile_builder_(solid, field, spec, store->tiles_fit(solid, spec), store->stencils_of(*solid)),
         tile_painter_(field, spec.channels) {}
 
   void start(std::uint32_t first_layer, std::uint32_t end_layer);

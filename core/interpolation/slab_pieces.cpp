@@ -22,9 +22,9 @@ double rounding_of(const CubicPolynomial& polynomial) {
 
 }  // namespace
 
-SlabPieces::SlabPieces(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec)
+SlabPieces::SlabPieces(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec, bool tiles_fit)
     : channels_(spec.channels),
-      small_cells_(std::move(solid), voxel_of_mesh(spec.placement, spec.grid).inverse(Eigen::Affine)) {}
+      small_cells_(std::move(solid), voxel_of_mesh(spec.placement, spec.grid).inverse(Eigen::Affine), tiles_fit) {}
 
 void SlabPieces::start(std::uint32_t first_layer, std::uint32_t end_layer) {
   first_layer_ = first_layer;

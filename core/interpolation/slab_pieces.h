@@ -53,7 +53,8 @@ struct alignas(64) SlabPiece {
 /// A value: found layer by layer, then only read. Memory is kept from slab to slab.
 class SlabPieces {
  public:
-  SlabPieces(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec);
+  /// `tiles_fit`: do_tiles_fit() of the solid and the spec.
+  SlabPieces(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec, bool tiles_fit);
 
   const SlabPiece& piece(std::uint32_t index) const { return pieces_[index]; }
   /// One a channel.

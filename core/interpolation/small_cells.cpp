@@ -6,20 +6,24 @@
 #include <cmath>
 #include <utility>
 
+#include <cmath>
+#include <utility>
+
 #include "core/limit/cell_index.h"
 
 namespace ccslice {
 namespace {
 
-constexpr double kSmallestRegularCell = 5000, kSmallestIrregularCell = 600;  // Voxels.
+constexpr double kSmallestWhereTilesFit = 5000, kSmallest = 600;  // Voxels of a cell.
 
 }  // namespace
 
-SmallCells::SmallCells(std::shared_ptr<const LimitSolid> solid, const Placement& mesh_of_voxel)
+SmallCells::SmallCells(std::shared_ptr<const LimitSolid> solid, const Placement& mesh_of_voxel, bool tiles_fit)
     : solid_(std::move(solid)),
       mesh_of_voxel_(mesh_of_voxel),
-      smallest_regular_mm3_(kSmallestRegularCell * std::abs(mesh_of_voxel_.linear().determinant())),
-      smallest_irregular_mm3_(kSmallestIrregularCell * std::abs(mesh_of_voxel_.linear().determinant())),
+      smallest_regular_mm3_((tiles_fit ? kSmallestWhereTilesFit : kSmallest) *
+                            std::abs(mesh_of_voxel_.linear().determinant())),
+      smallest_irregular_mm3_(kSmallest * std::abs(mesh_of_voxel_.linear().determinant())),
       are_some_(solid_->index().regular_volumes.least < smallest_regular_mm3_ ||
                 solid_->index().irregular_volumes.least < smallest_irregular_mm3_),
       are_all_(solid_->index().regular_volumes.most < smallest_regular_mm3_ &&

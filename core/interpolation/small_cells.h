@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Which cells are too small, in voxels, for pieces of their own: they are left to tiles (interpolation/tile_tree.h).
-// Fits across cells fail early beside irregular lines only, so irregular cells may be smaller.
+// Where fits across cells fail only beside irregular lines, regular cells may be larger than irregular ones.
 
 #pragma once
 
@@ -16,8 +16,10 @@ namespace ccslice {
 
 class SmallCells {
  public:
-  SmallCells(std::shared_ptr<const LimitSolid> solid, const Placement& mesh_of_voxel);
+  /// `tiles_fit`: across regular cells of some hundred voxels, too (do_tiles_fit()).
+  SmallCells(std::shared_ptr<const LimitSolid> solid, const Placement& mesh_of_voxel, bool tiles_fit);
 
+  bool are_some() const { return are_some_; }
   bool are_all() const { return are_all_; }
   bool contain(LimitCellId cell) const;
   /// Some small cell may hold the voxel's centre: its box does, or nearly.

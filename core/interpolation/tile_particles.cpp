@@ -35,14 +35,16 @@ Box3 TileParticles::reached(const Box3& box) const {
 
 void TileParticles::clear() {
   used_ = 0;
+  of_cells_.clear();
   members_.clear();
 }
 
-TileParticles::Range TileParticles::enter(const Box3& box, std::uint64_t voxels, const Range& around) {
-  const std::size_t most = std::min<std::size_t>(kMost, voxels / kVoxelsAParticle + kFewest);
+TileParticles::Range TileParticles::enter(const Box3& box, std::uint64_t voxels, const Range& around,
+                                          std::size_t most) {
+  most = std::min<std::size_t>(most, voxels / kVoxelsAParticle + kFewest);
   const Box3 reached = this->reached(box);
   // members_ is a stack: those of a half come after those of the whole, and leave() takes them off again.
-  if (!around.known) clear();
+  if (!around.known) members_.clear();
   Range found{true, members_.size(), members_.size()};
   if (!around.known) {
     found.known = collect(reached, most);
@@ -68,8 +70,15 @@ bool TileParticles::collect(const Box3& box, std::size_t most) {
         return cells.size() > most;
       });
   if (too_many) return false;
+  if (used_ + cells.size() > kMost) clear();
   std::sort(cells.begin(), cells.end());
-  return std::ranges::all_of(cells, [&](LimitCellId cell) { return add_meeting(sample(cell, {}), box, most); });
+  return std::ranges::all_of(cells, [&](LimitCellId cell) { return add_meeting(all_of(cell), box, most); });
+}
+
+std::uint32_t TileParticles::all_of(LimitCellId cell) {
+  const auto [place, is_new] = of_cells_.try_emplace(cell, 0);
+  if (is_new) place->second = sample(cell, {});
+  return place->second;
 }
 
 /// Adds the particle to the members, if it meets the box, or its halves, if it sticks out far.

@@ -15,6 +15,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "core/interpolation/interpolation_spec.h"
@@ -39,7 +40,7 @@ struct TileParticle {
 /// One thread. Memory is kept.
 class TileParticles {
  public:
-  static constexpr std::size_t kMost = 2048;  // Whole cells of a box may come on top.
+  static constexpr std::size_t kMost = 2048;
 
   /// `stencils`: of the solid, or its own.
   TileParticles(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
@@ -54,8 +55,9 @@ class TileParticles {
   /// Forgets all particles.
   void clear();
   /// Enters the particles that meet a box (between the centres of its outer voxels), which lies in the one that
-  /// `around` is of. Not known if there are so many that `voxels` are inverted as quickly.
-  Range enter(const Box3& box, std::uint64_t voxels, const Range& around);
+  /// `around` is of. Not known if there are more than `most`, or so many that `voxels` are inverted as quickly. Cells
+  /// that were sampled before are kept until clear() as long as there is room.
+  Range enter(const Box3& box, std::uint64_t voxels, const Range& around, std::size_t most = kMost);
   /// Forgets what was found since the range's box was entered.
   void leave(const Range& range);
 
@@ -73,6 +75,7 @@ class TileParticles {
  private:
   [[nodiscard]] bool collect(const Box3& box, std::size_t most);
   [[nodiscard]] bool add_meeting(std::uint32_t particle, const Box3& box, std::size_t most);
+  std::uint32_t all_of(LimitCellId cell);
   std::uint32_t sample(LimitCellId cell, const ParamBox& parameters);
   void halve(std::uint32_t particle, Eigen::Index voxel_axis);
 
@@ -82,7 +85,8 @@ class TileParticles {
   VoxelBlocks blocks_;
   std::vector<std::unique_ptr<TileParticle>> pool_;  // The first ones, `used_` of them, are in use.
   std::size_t used_ = 0;
-  std::vector<std::uint32_t> members_;  // Particles of the boxes on the way down.
+  std::unordered_map<std::uint32_t, std::uint32_t> of_cells_;  // By cell: the particle that is all of it.
+  std::vector<std::uint32_t> members_;                         // Particles of the boxes on the way down.
 };
 
 }  // namespace ccslice

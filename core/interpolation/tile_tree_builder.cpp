@@ -11,12 +11,13 @@ namespace ccslice {
 namespace {
 
 constexpr std::uint64_t kSmallestTile = 128;  // Tiles of fewer voxels are inverted voxel by voxel.
+constexpr std::size_t kTrialParticles = 64;   // Where no fit is known to pay, boxes of no more are tried at first.
 
 }  // namespace
 
 TileTreeBuilder::TileTreeBuilder(std::shared_ptr<const LimitSolid> solid, const MaterialField& field,
-                                 const InterpolationSpec& spec, std::shared_ptr<BlockStencils> stencils)
-    : field_(&field), grid_(spec.grid), fitter_(std::move(solid), spec, std::move(stencils)) {}
+                                 const InterpolationSpec& spec, bool promising, std::shared_ptr<BlockStencils> stencils)
+    : field_(&field), grid_(spec.grid), promising_(promising), fitter_(std::move(solid), spec, std::move(stencils)) {}
 
 void TileTreeBuilder::build(std::uint32_t first_layer, std::span<const std::span<const VoxelRun>> layers,
                             const CancellationToken& cancel, TileTree& tree) {
@@ -31,6 +32,8 @@ void TileTreeBuilder::build(std::uint32_t first_layer, std::span<const std::span
     for (std::uint32_t column = 0; column < tree.tile_columns(); ++column) {
       if (buckets_[column].empty()) continue;
       runs_.swap(buckets_[column]);
+      trials_ = TileTrials(promising_);
+      fitter_.particles().clear();
       tree.set_tile(column, row, build_node(tree.tile_box(column, row), 0, {}));
     }
   }
@@ -66,17 +69,27 @@ TileTree::Node TileTreeBuilder::build_node(const VoxelBox& box, std::size_t firs
     centres.extend(Vec3(run.begin, run.row, run.layer)).extend(Vec3(run.end - 1.0, run.row, run.layer));
   }
   const std::uint8_t axes = axes_to_halve(box);
-  if (voxels < kSmallestTile || axes == 0) return build_exact(first_run, around);
+  if (voxels < kSmallestTile || axes == 0) {
+    if (!around.known) trials_.note(voxels, false);
+    return build_exact(first_run, around);
+  }
+  if (!around.known && trials_.skip(voxels)) return build_exact(first_run, around);
   // Where a point may have several parameters only inversion knows which one counts. Halving leaves less of that.
   if (is_ambiguous(centres)) return build_split(box, axes, first_run, around);
-  const TileParticles::Range inside = fitter_.particles().enter(centres, voxels, around);
+  const TileParticles::Range inside = fitter_.particles().enter(
+      centres, voxels, around, around.known || trials_.are_promising() ? TileParticles::kMost : kTrialParticles);
+  const std::size_t fits_before = fits_;
   Node node;
   switch (fitter_.fit(inside, centres, voxels)) {
-    case TileFitter::Outcome::kFits: node = tree_->add_polynomials(fitter_.frame(), fitter_.polynomials()); break;
+    case TileFitter::Outcome::kFits:
+      node = tree_->add_polynomials(fitter_.frame(), fitter_.polynomials());
+      ++fits_;
+      break;
     case TileFitter::Outcome::kHopeless: node = build_exact(first_run, inside); break;
     case TileFitter::Outcome::kHalve: node = build_split(box, axes, first_run, inside.known ? inside : around); break;
   }
   if (inside.known) fitter_.particles().leave(inside);
+  if (inside.known && !around.known) trials_.note(voxels, fits_ > fits_before);
   return node;
 }
 

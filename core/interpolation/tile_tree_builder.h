@@ -23,16 +23,17 @@
 #include "core/interpolation/interpolation_spec.h"
 #include "core/interpolation/tile_fitter.h"
 #include "core/interpolation/tile_tree.h"
+#include "core/interpolation/tile_trials.h"
 
 namespace ccslice {
 
 /// One thread.
 class TileTreeBuilder {
  public:
-  /// `stencils`: of the solid, or its own. REQUIRES: field outlives this and is of the solid and of the spec's
-  /// placement and outside_mm; all tolerances positive.
+  /// `promising`: tiles are likely to fit (do_tiles_fit()). `stencils`: of the solid, or its own. REQUIRES: field
+  /// outlives this and is of the solid and of the spec's placement and outside_mm; all tolerances positive.
   TileTreeBuilder(std::shared_ptr<const LimitSolid> solid, const MaterialField& field, const InterpolationSpec& spec,
-                  std::shared_ptr<BlockStencils> stencils = nullptr);
+                  bool promising, std::shared_ptr<BlockStencils> stencils = nullptr);
 
   /// Makes the tree of the slab of layers [first_layer, first_layer + layers.size()), for these runs of each, by row,
   /// then by column. REQUIRES: the tree is of the spec's grid and channels. Throws Error{kCancelled}.
@@ -56,12 +57,15 @@ class TileTreeBuilder {
 
   const MaterialField* field_;
   const Grid grid_;
+  const bool promising_;
   TileFitter fitter_;
 
   // The slab at hand.
   TileTree* tree_ = nullptr;
   CancellationToken cancel_;
   std::uint32_t first_layer_ = 0;
+  TileTrials trials_;     // In the tile at hand.
+  std::size_t fits_ = 0;  // Nodes that are painted.
 
   // Scratch memory.
   std::vector<std::size_t> cursors_;            // Next run by layer.

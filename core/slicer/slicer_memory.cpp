@@ -19,6 +19,7 @@
 #include "core/interpolation/slab_pieces.h"
 #include "core/interpolation/small_cells.h"
 #include "core/interpolation/tile_particles.h"
+#include "core/interpolation/tile_trials.h"
 #include "core/interpolation/voxel_blocks.h"
 #include "core/limit/boundary_surface.h"
 #include "core/limit/cell_index.h"
@@ -161,8 +162,7 @@ struct Cells {
 /// backtrack programs].
 class CutCells {
  public:
-  CutCells(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job)
-      : fitter_(solid, interpolation_spec_of(job, solid->summary().channels)) {}
+  CutCells(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec) : fitter_(solid, spec) {}
 
   double leaves_of(std::span<const std::pair<LimitCellId, Box3>> cells, const CancellationToken& cancel) {
     double leaves = 0;
@@ -196,7 +196,8 @@ Cells cells_of(const std::shared_ptr<const LimitSolid>& shared_solid, const Slic
                const CancellationToken& cancel) {
   const LimitSolid& solid = *shared_solid;
   const Placement voxel_of = voxel_of_mesh(job.placement, job.grid);
-  const SmallCells small(shared_solid, voxel_of.inverse(Eigen::Affine));
+  const InterpolationSpec spec = interpolation_spec_of(job, solid.summary().channels);
+  const SmallCells small(shared_solid, voxel_of.inverse(Eigen::Affine), do_tiles_fit(shared_solid, spec, nullptr));
   const double voxels_of_mm3 = std::abs(voxel_of.linear().determinant());
   const std::size_t slabs = job.grid.extent.layers / kSlabLayers + 1;
   Overlaps pieces(slabs), runs(slabs), tile_voxels(slabs);
@@ -215,7 +216,7 @@ Cells cells_of(const std::shared_ptr<const LimitSolid>& shared_solid, const Slic
     tile_voxels.add(std::floor(box.min().z() / kSlabLayers), std::floor(box.max().z() / kSlabLayers),
                     volume * std::min(1.0, kSlabLayers / size.z()));
   }
-  CutCells cutter(shared_solid, job);
+  CutCells cutter(shared_solid, spec);
   double all_pieces = 0;
   for (const auto& cells : cut) {
     const double leaves = kFiner * cutter.leaves_of(cells, cancel), each_way = std::cbrt(leaves);

@@ -18,7 +18,7 @@ class FoundPieces : public SlabPieces {
  public:
   FoundPieces(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec,
               std::shared_ptr<CellNodeStore> store)
-      : SlabPieces(solid, spec), finder_(solid, spec, std::move(store)) {}
+      : SlabPieces(solid, spec, true), finder_(solid, spec, std::move(store)) {}
 
   void find(std::uint32_t layer, const CancellationToken& cancel) { finder_.find(layer, *this, cancel); }
 

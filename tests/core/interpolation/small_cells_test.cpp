@@ -20,7 +20,7 @@ Placement mesh_of_voxels(double pitch_mm) {
 // A sharp box of cells of 4 x 4 x 4 mm: all of them regular.
 TEST(SmallCells, ARegularCellOfFewerThanFiveThousandVoxelsIsSmall) {
   const auto solid = LimitSolid::prepare(make_box());
-  const SmallCells fine(solid, mesh_of_voxels(4 / 17.2)), coarse(solid, mesh_of_voxels(4 / 17.0));
+  const SmallCells fine(solid, mesh_of_voxels(4 / 17.2), true), coarse(solid, mesh_of_voxels(4 / 17.0), true);
   EXPECT_FALSE(fine.are_all()) << "17.2^3 = 5088";
   EXPECT_FALSE(fine.contain(LimitCellId{0}));
   EXPECT_FALSE(fine.any_at(Vec3(10, 10, 10)));
@@ -36,7 +36,7 @@ TEST(SmallCells, AVoxelLiesInThemIfABoxOfOneHoldsItOrNearly) {
   oracle::append_mesh(mesh, oracle::box_mesh(3, 3, 3, 10), Vec3(100, 0, 0));
   const auto solid = LimitSolid::prepare(mesh);
   const double pitch = 0.25;
-  const SmallCells small(solid, mesh_of_voxels(pitch));
+  const SmallCells small(solid, mesh_of_voxels(pitch), true);
   EXPECT_FALSE(small.are_all());
   EXPECT_TRUE(small.any_at(Vec3(1.5, 1.5, 1.5) / pitch));
   EXPECT_FALSE(small.any_at(Vec3(115, 15, 15) / pitch));

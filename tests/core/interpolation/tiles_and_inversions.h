@@ -81,7 +81,7 @@ struct Tiles {
       : field(solid, options.outside_mm),
         spec{Placement::Identity(), grid, {{0, options.tolerance}}, options.outside_mm},
         tree(grid, 1),
-        builder(solid, field, spec),
+        builder(solid, field, spec, true),
         painter(field, spec.channels) {}
 };
 
