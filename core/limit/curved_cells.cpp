@@ -4,7 +4,6 @@
 #include "core/limit/curved_cells.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "core/mesh/mid_nodes.h"
 
@@ -118,17 +117,6 @@ std::size_t place_between(std::span<const std::uint8_t> corners) {
   return twice[0] + 3 * twice[1] + 9 * twice[2];
 }
 
-/// Which node something has, if it has any. `keys`: ascending.
-template <typename Key>
-std::size_t find_node(const std::vector<Key>& keys, Key key) {
-  if constexpr (!std::is_same_v<Key, std::uint32_t>) std::ranges::sort(key);
-  const auto found = std::ranges::lower_bound(keys, key);
-  if (found == keys.end() || *found != key) return std::numeric_limits<std::size_t>::max();
-  return static_cast<std::size_t>(found - keys.begin());
-}
-
-constexpr std::size_t kNoNode = std::numeric_limits<std::size_t>::max();
-
 }  // namespace
 
 CurvedCells::CurvedCells(const ControlMesh& mesh, std::span<const std::uint32_t> origins, std::span<const float> values)
@@ -143,12 +131,12 @@ CurvedCells::CurvedCells(const ControlMesh& mesh, std::span<const std::uint32_t>
   for (const ControlCellId cell : IdRange<ControlCellId>(mesh.cell_count())) {
     const auto at = corners(cell);
     const CellKind kind = mesh.cell_kinds[cell];
-    const auto has_edge = [&](const auto& edge) { return edge_node({at[edge[0]], at[edge[1]]}) != kNoNode; };
+    const auto has_edge = [&](const auto& edge) { return node_of_edge({at[edge[0]], at[edge[1]]}).has_value(); };
     const auto has_face = [&](const auto& face) {
-      return face_node({at[face[0]], at[face[1]], at[face[2]], at[face[3]]}) != kNoNode;
+      return node_of_face({at[face[0]], at[face[1]], at[face[2]], at[face[3]]}).has_value();
     };
     curved_[cell] = std::ranges::any_of(mid_edges(kind), has_edge) || std::ranges::any_of(mid_faces(kind), has_face) ||
-                    find_node(mesh.mid_nodes.cells, std::uint32_t{cell}) != kNoNode;
+                    cell_node(mesh.mid_nodes, cell).has_value();
   }
 }
 
@@ -159,20 +147,14 @@ std::span<const std::uint32_t> CurvedCells::corners(ControlCellId cell) const {
 
 std::uint32_t CurvedCells::original(std::uint32_t vertex) const { return origins_.empty() ? vertex : origins_[vertex]; }
 
-std::size_t CurvedCells::edge_node(std::array<std::uint32_t, 2> vertices) const {
+std::optional<std::size_t> CurvedCells::node_of_edge(std::array<std::uint32_t, 2> vertices) const {
   for (std::uint32_t& vertex : vertices) vertex = original(vertex);
-  return find_node(mesh_.mid_nodes.edges, vertices);
+  return edge_node(mesh_.mid_nodes, vertices);
 }
 
-std::size_t CurvedCells::face_node(std::array<std::uint32_t, 4> vertices) const {
+std::optional<std::size_t> CurvedCells::node_of_face(std::array<std::uint32_t, 4> vertices) const {
   for (std::uint32_t& vertex : vertices) vertex = original(vertex);
-  const std::size_t found = find_node(mesh_.mid_nodes.faces, vertices);
-  return found == kNoNode ? found : mesh_.mid_nodes.edges.size() + found;
-}
-
-std::size_t CurvedCells::cell_node(ControlCellId cell) const {
-  const std::size_t found = find_node(mesh_.mid_nodes.cells, std::uint32_t{cell});
-  return found == kNoNode ? found : mesh_.mid_nodes.edges.size() + mesh_.mid_nodes.faces.size() + found;
+  return face_node(mesh_.mid_nodes, vertices);
 }
 
 /// Positions and channels of a cell's nodes: corners, edges, faces and middle.
@@ -182,7 +164,7 @@ class CurvedCells::Nodes {
       : cells_(cells), at_(cells.corners(cell)), kind_(cells.mesh_.cell_kinds[cell]), dimension_(cells.dimension_) {
     for (const std::uint32_t vertex : at_) add_vertex(vertex);
     for (const auto& [a, b] : mid_edges(kind_)) {
-      add({{a, 0.5}, {b, 0.5}}, cells.edge_node({at_[a], at_[b]}), std::array{a, b});
+      add({{a, 0.5}, {b, 0.5}}, cells.node_of_edge({at_[a], at_[b]}), std::array{a, b});
     }
     for (const auto& face : mid_faces(kind_)) add_face(face);
     if (kind_ == CellKind::kHex) add_middle(cell);
@@ -205,15 +187,15 @@ class CurvedCells::Nodes {
   }
 
   /// Adds the node, or else what the terms say. A channel that jumps at a corner has the corners' mean.
-  void add(const Terms& terms, std::size_t node, std::span<const std::uint8_t> corners) {
+  void add(const Terms& terms, std::optional<std::size_t> node, std::span<const std::uint8_t> corners) {
     const std::size_t begin = values_.size();
     values_.resize(begin + dimension_, 0.0);
     for (const auto& [term, weight] : terms) {
       for (std::size_t d = 0; d < dimension_; ++d) values_[begin + d] += weight * values_[term * dimension_ + d];
     }
-    if (node == kNoNode) return;
+    if (!node) return;
     const MidNodes& nodes = cells_.mesh_.mid_nodes;
-    std::ranges::copy(nodes.positions[node], values_.begin() + static_cast<std::ptrdiff_t>(begin));
+    std::ranges::copy(nodes.positions[*node], values_.begin() + static_cast<std::ptrdiff_t>(begin));
     const std::size_t channels = dimension_ - 3;
     for (std::size_t c = 0; c < channels; ++c) {
       double sum = 0;
@@ -224,7 +206,7 @@ class CurvedCells::Nodes {
         sum += value;
       }
       values_[begin + 3 + c] =
-          jumps ? sum / static_cast<double>(corners.size()) : double{nodes.values[node * channels + c]};
+          jumps ? sum / static_cast<double>(corners.size()) : double{nodes.values[*node * channels + c]};
     }
   }
 
@@ -236,14 +218,14 @@ class CurvedCells::Nodes {
       const auto has = [&](std::uint8_t corner) { return std::ranges::find(face, corner) != face.end(); };
       if (has(edges[e][0]) && has(edges[e][1])) terms.emplace_back(at_.size() + e, 0.5);
     }
-    add(terms, cells_.face_node({at_[face[0]], at_[face[1]], at_[face[2]], at_[face[3]]}), face);
+    add(terms, cells_.node_of_face({at_[face[0]], at_[face[1]], at_[face[2]], at_[face[3]]}), face);
   }
 
   void add_middle(ControlCellId cell) {
     constexpr std::array<std::uint8_t, 8> kAll = {0, 1, 2, 3, 4, 5, 6, 7};
     Terms terms;
     for (std::size_t n = 0; n < 26; ++n) terms.emplace_back(n, n < 8 ? 0.125 : n < 20 ? -0.25 : 0.5);
-    add(terms, cells_.cell_node(cell), kAll);
+    add(terms, cell_node(cells_.mesh_.mid_nodes, cell), kAll);
   }
 
   const CurvedCells& cells_;

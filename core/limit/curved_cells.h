@@ -27,6 +27,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -63,9 +64,8 @@ class CurvedCells {
 
   std::span<const std::uint32_t> corners(ControlCellId cell) const;
   std::uint32_t original(std::uint32_t vertex) const;
-  std::size_t edge_node(std::array<std::uint32_t, 2> vertices) const;
-  std::size_t face_node(std::array<std::uint32_t, 4> vertices) const;
-  std::size_t cell_node(ControlCellId cell) const;
+  std::optional<std::size_t> node_of_edge(std::array<std::uint32_t, 2> vertices) const;
+  std::optional<std::size_t> node_of_face(std::array<std::uint32_t, 4> vertices) const;
   std::vector<double> values_of_child(ControlCellId cell, std::size_t child) const;
 
   const ControlMesh& mesh_;

@@ -388,16 +388,14 @@ void Resolver::add_node_of_diagonal(const Halved& halved, const MidNodes& nodes,
   bool curved = false;
   for (std::size_t i = 0; i < 4; ++i) {
     const std::uint32_t a = halved.ring[i], b = halved.ring[(i + 1) % 4];
-    const auto found = std::ranges::lower_bound(nodes.edges, sorted_ends(a, b));
-    const bool has_node = found != nodes.edges.end() && *found == sorted_ends(a, b);
-    curved |= has_node;
-    const auto node = static_cast<std::size_t>(found - nodes.edges.begin());
+    const std::optional<std::size_t> node = edge_node(nodes, {a, b});
+    curved |= node.has_value();
     const auto half_way = [&](auto from, auto to) { return (from + to) / 2; };
-    middle += (has_node ? nodes.positions[node] : Vec3(half_way(mesh_.positions[a], mesh_.positions[b]))) / 2;
+    middle += (node ? nodes.positions[*node] : Vec3(half_way(mesh_.positions[a], mesh_.positions[b]))) / 2;
     middle -= mesh_.positions[a] / 4;
     for (std::size_t channel = 0; channel < channels; ++channel) {
       const auto value = [&](std::uint32_t vertex) { return mesh_.channel_values[vertex * channels + channel]; };
-      const float at = has_node ? nodes.values[node * channels + channel] : half_way(value(a), value(b));
+      const float at = node ? nodes.values[*node * channels + channel] : half_way(value(a), value(b));
       values[channel] += at / 2 - value(a) / 4;
     }
   }

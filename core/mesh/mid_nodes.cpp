@@ -49,6 +49,14 @@ void add_nodes(const ControlMesh& mesh, std::size_t cell, std::span<const std::u
   if (node != kNone) list.add_cell(static_cast<std::uint32_t>(cell), mesh.positions[node], values(node));
 }
 
+/// `keys`: ascending. `first`: the node of the first key.
+template <typename Key>
+std::optional<std::size_t> node_in(const std::vector<Key>& keys, std::size_t first, const Key& key) {
+  const auto found = std::ranges::lower_bound(keys, key);
+  if (found == keys.end() || *found != key) return std::nullopt;
+  return first + static_cast<std::size_t>(found - keys.begin());
+}
+
 }  // namespace
 
 std::span<const std::array<std::uint8_t, 2>> mid_edges(CellKind kind) {
@@ -59,6 +67,20 @@ std::span<const std::array<std::uint8_t, 2>> mid_edges(CellKind kind) {
 std::span<const std::array<std::uint8_t, 4>> mid_faces(CellKind kind) {
   if (kind == CellKind::kHex) return kHexFaces;
   return kind == CellKind::kTet ? std::span<const std::array<std::uint8_t, 4>>{} : kWedgeFaces;
+}
+
+std::optional<std::size_t> edge_node(const MidNodes& nodes, std::array<std::uint32_t, 2> vertices) {
+  std::ranges::sort(vertices);
+  return node_in(nodes.edges, 0, vertices);
+}
+
+std::optional<std::size_t> face_node(const MidNodes& nodes, std::array<std::uint32_t, 4> vertices) {
+  std::ranges::sort(vertices);
+  return node_in(nodes.faces, nodes.edges.size(), vertices);
+}
+
+std::optional<std::size_t> cell_node(const MidNodes& nodes, std::uint32_t cell) {
+  return node_in(nodes.cells, nodes.edges.size() + nodes.faces.size(), cell);
 }
 
 /// Where the table has the key, or would have it.

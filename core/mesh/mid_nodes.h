@@ -23,6 +23,11 @@ namespace ccslice {
 std::span<const std::array<std::uint8_t, 2>> mid_edges(CellKind kind);
 std::span<const std::array<std::uint8_t, 4>> mid_faces(CellKind kind);
 
+/// The node of an edge, of a quadrilateral (vertices in any order) or of a cell, in the order of MidNodes::positions.
+std::optional<std::size_t> edge_node(const MidNodes& nodes, std::array<std::uint32_t, 2> vertices);
+std::optional<std::size_t> face_node(const MidNodes& nodes, std::array<std::uint32_t, 4> vertices);
+std::optional<std::size_t> cell_node(const MidNodes& nodes, std::uint32_t cell);
+
 /// Nodes by their keys, as they come.
 class MidNodeList {
  public:

@@ -41,7 +41,7 @@ class Renumberer {
 
   std::string run() {
     while (at_ < text_.size()) {
-      if (!take_list()) out_ += text_[at_++];
+      if (!take_quoted() && !take_list()) out_ += text_[at_++];
     }
     return std::move(out_);
   }
@@ -49,6 +49,7 @@ class Renumberer {
   bool found() const { return found_; }
 
  private:
+  bool take_quoted();
   bool take_list();
   const NounInText* noun_here() const;
   std::optional<std::int64_t> take_id(std::size_t& at, Named named) const;
@@ -68,6 +69,20 @@ class Renumberer {
   bool found_ = false;
   std::string out_;
 };
+
+/// What stands in quotation marks is somebody's own, such as a channel called 'cell 3'. Apostrophes follow letters.
+bool Renumberer::take_quoted() {
+  if (text_[at_] != '\'' || (at_ > 0 && is_word(text_[at_ - 1]))) return false;
+  std::size_t end = at_ + 1;
+  const auto closes = [&](std::size_t at) {
+    return text_[at] == '\'' && (at + 1 == text_.size() || !is_word(text_[at + 1]));
+  };
+  while (end < text_.size() && !closes(end)) ++end;
+  if (end == text_.size()) return false;
+  out_ += text_.substr(at_, end + 1 - at_);
+  at_ = end + 1;
+  return true;
+}
 
 const NounInText* Renumberer::noun_here() const {
   if (at_ > 0 && is_word(text_[at_ - 1])) return nullptr;

@@ -267,15 +267,6 @@ void TouchSplitter::copy_features(ControlMesh& split) {
   std::ranges::sort(split.missed_vertices, {}, &MissedVertex::vertex);
 }
 
-/// The node of `key` among `keys`, which ascend.
-template <typename Key>
-std::optional<std::size_t> node_of(const std::vector<Key>& keys, Key key) {
-  std::ranges::sort(key);
-  const auto found = std::ranges::lower_bound(keys, key);
-  if (found == keys.end() || *found != key) return std::nullopt;
-  return static_cast<std::size_t>(found - keys.begin());
-}
-
 void TouchSplitter::copy_mid_nodes(ControlMesh& split) {
   const MidNodes& nodes = mesh_.mid_nodes;
   if (nodes.empty()) return;
@@ -286,14 +277,12 @@ void TouchSplitter::copy_mid_nodes(ControlMesh& split) {
     const auto old = [&](std::uint8_t i) { return mesh_.cell_vertices[cell_begins_[c] + i]; };
     const auto now = [&](std::uint8_t i) { return corners_[cell_begins_[c] + i]; };
     for (const auto& [i, j] : mid_edges(complex_.kind(c))) {
-      const auto node = node_of(nodes.edges, std::array{old(i), old(j)});
+      const auto node = edge_node(nodes, {old(i), old(j)});
       if (node) list.add_edge({now(i), now(j)}, nodes.positions[*node], values(*node));
     }
     for (const auto& [i, j, k, l] : mid_faces(complex_.kind(c))) {
-      auto node = node_of(nodes.faces, std::array{old(i), old(j), old(k), old(l)});
-      if (!node) continue;
-      *node += nodes.edges.size();
-      list.add_face({now(i), now(j), now(k), now(l)}, nodes.positions[*node], values(*node));
+      const auto node = face_node(nodes, {old(i), old(j), old(k), old(l)});
+      if (node) list.add_face({now(i), now(j), now(k), now(l)}, nodes.positions[*node], values(*node));
     }
   }
   for (std::size_t i = 0; i < nodes.cells.size(); ++i) {

@@ -53,6 +53,13 @@ TEST(RenumberText, LeavesWhatIsNoId) {
             "face of nodes 1001, 1002, 0.3 of an edge");
 }
 
+TEST(RenumberText, LeavesWhatStandsInQuotationMarks) {
+  EXPECT_EQ(
+      renumber_text("channel 'cell 3' jumps at the cell's vertex 7, 'vertex 1' at its cells' vertex 8", elements()),
+      "channel 'cell 3' jumps at the cell's node 1007, 'vertex 1' at its cells' node 1008");
+  EXPECT_EQ(renumber_text("an open 'cell 3", elements()), "an open 'element 531");
+}
+
 TEST(RenumberText, TakesOnlyTheIdsThatAreMeant) {
   const IdsInText ids{{{7}}, {{2}}};
   EXPECT_EQ(renumber_text("region 'cell 3': cell 2 at vertices 7, 8", elements(), ids),
