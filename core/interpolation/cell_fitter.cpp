@@ -15,19 +15,12 @@
 namespace ccslice {
 namespace {
 
-// A piece takes 15 to 30 us, from the nodes on the way to it to its runs, for one channel, and 6 us more for each other
-// one. Voxels of long runs are inverted in 0.07 to 0.2 us, those of short ones in some 0.5 to 1.5. So pieces of 200 to
-// 400 voxels take about as long as inverting a large node, and some of those that are hoped for don't fit either. What
-// is left out of a cell that pieces paint is inverted in short runs: there smaller pieces pay. With kSmallestOfLarge
-// for all nodes the engine took 1.13 times as long.
-//
-// That goes for nodes in one patch. Of others most halves fit far sooner than those at the irregular line or vertex.
-constexpr double kSmallestHalved = 512;      // Nodes of fewer voxels aren't halved any more.
-constexpr double kLarge = 8192;              // Nodes of so many voxels are large.
-constexpr double kSmallestOfLarge = 768;     // Large nodes whose pieces would have fewer than this aren't either,
-constexpr double kSmallestPredicted = 256;   // and others whose pieces would have fewer than this.
-constexpr double kSmallestIrregular = 64;    // The same of nodes that aren't in one patch: of all,
-constexpr double kSmallestOfIrregular = 16;  // and of their pieces.
+// A piece takes some 15 us, from the nodes on the way to it to its runs, and 6 us for each channel. Inverting a node in
+// one patch takes some 1.5 us for each row that crosses it, however many voxels that has. In other nodes most halves
+// fit far sooner than those at the irregular line or vertex.
+constexpr double kPieceUs = 15, kChannelOfPieceUs = 6, kInvertedRowUs = 1.5;
+constexpr double kSmallestHalved = 64;       // Nodes of fewer voxels aren't halved any more.
+constexpr double kSmallestPredicted = 16;    // Nor are those in several patches whose pieces would have fewer.
 constexpr double kSmallestAmbiguous = 2048;  // Nodes of fewer that may fold aren't either.
 constexpr double kMostRowsOfPiece = 1024;    // A piece spans at most so many rows.
 constexpr double kMostReach = 8;             // A piece may be followed by so many columns at most.
@@ -107,7 +100,7 @@ unsigned CellFitter::fit_or_split(LimitCellId cell, const BlockShape& shape, Cel
   if (shape.box.diagonal().y() > kMostRowsOfPiece) return kAllAxes;
   const Between between = what_is_known_between(cell, node.parameters);
   const bool bounded = between != Between::kNothing;
-  if (proved_ && !bounded) return shape.voxels < kSmallestIrregular ? leave(shape, node) : kAllAxes;
+  if (proved_ && !bounded) return shape.voxels < kSmallestHalved ? leave(shape, node) : kAllAxes;
   const VoxelFrame frame = VoxelFrame::of(shape.box.min(), shape.box.max());
   // What samples' errors grow to. Along the triangles' sides their share is to hold, and all of the tolerance where
   // triangles are farthest off.
@@ -138,14 +131,16 @@ unsigned CellFitter::fit_or_split(LimitCellId cell, const BlockShape& shape, Cel
   }
   // Errors of cubics fall with the fourth power of the size, so voxels of pieces with the third of its root.
   const double predicted = shape.voxels / std::max(1.0, std::pow(error, 0.75));
-  if (!is_worth_halving(between, shape.voxels, predicted)) return leave(shape, node);
+  if (!is_worth_halving(between, shape, predicted)) return leave(shape, node);
   return axes != 0 ? axes : axes_to_halve(shape, error, growth);
 }
 
 /// `predicted`: voxels that its pieces would have.
-bool CellFitter::is_worth_halving(Between between, double voxels, double predicted) {
-  if (between != Between::kOnePatch) return voxels >= kSmallestIrregular && predicted >= kSmallestOfIrregular;
-  return voxels >= kSmallestHalved && predicted >= (voxels < kLarge ? kSmallestPredicted : kSmallestOfLarge);
+bool CellFitter::is_worth_halving(Between between, const BlockShape& shape, double predicted) const {
+  if (shape.voxels < kSmallestHalved) return false;
+  if (between != Between::kOnePatch) return predicted >= kSmallestPredicted;
+  const double inverted_rows = predicted / std::max(1.0, shape.thickness_along_x());
+  return kInvertedRowUs * inverted_rows >= kPieceUs + kChannelOfPieceUs * static_cast<double>(channels_.size());
 }
 
 /// Makes a hole of the node whose voxels are inverted. It is halved along no axis.

@@ -104,7 +104,7 @@ class CellFitter {
 
   void sample(LimitCellId cell, const ParamBox& box);
   unsigned fit_or_split(LimitCellId cell, const BlockShape& shape, CellNode& node);
-  static bool is_worth_halving(Between between, double voxels, double predicted);
+  bool is_worth_halving(Between between, const BlockShape& shape, double predicted) const;
   unsigned leave(const BlockShape& shape, CellNode& node) const;
   [[nodiscard]] std::shared_ptr<const CellPiece> make_piece(LimitCellId cell, const BlockShape& shape,
                                                             const ParamBox& box, const VoxelFrame& frame, double error);

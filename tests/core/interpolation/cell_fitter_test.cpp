@@ -254,13 +254,15 @@ TEST_F(CellFitterTest, PiecesHaveNoMoreRowsThanTrianglesOfRowsAllow) {
   EXPECT_EQ(examined(LimitCellId{0}).size(), 1u);
 }
 
-/// Of cubes of n^3 voxels.
+/// Of a cell in one patch, of so many columns, rows and layers.
 class PartsOfFewVoxels : public CellFitterTest {
  protected:
-  Parts of(double n, double tolerance) {
-    take(sharp_box(), {noise(6)}, {.pitch_mm = Vec3::Constant(10 / n), .tolerance = tolerance});
+  Parts of(const Vec3& voxels, double tolerance, std::size_t channels = 1) {
+    take(sharp_box(), std::vector(channels, noise(6)),
+         {.pitch_mm = 10 * voxels.cwiseInverse(), .tolerance = tolerance});
     return examined(LimitCellId{13});
   }
+  Parts of(double n, double tolerance) { return of(Vec3::Constant(n), tolerance); }
 };
 
 TEST_F(PartsOfFewVoxels, AreHolesWithAMapOfTheirParametersIfNoCubicFits) {
@@ -283,23 +285,24 @@ TEST_F(PartsOfFewVoxels, ArePiecesIfACubicFits) {
   EXPECT_EQ(parts[0].kind, Kind::kPiece);
 }
 
-TEST_F(PartsOfFewVoxels, AreHalvedIfTheirPiecesWillHoldEnough) {
+TEST_F(PartsOfFewVoxels, AreHalvedIfTheirPiecesTakeLessThanInvertingTheirRows) {
   // The tolerance that just isn't kept: one piece at 1.1 of it.
   double tolerance = 1;
   while (of(12, tolerance)[0].kind == Kind::kPiece) tolerance /= 1.1;
-  EXPECT_EQ(of(7.9, tolerance)[0].kind, Kind::kHole);
-  EXPECT_EQ(of(8.1, tolerance)[0].kind, Kind::kHalved);
-  // Pieces of at most a third of the voxels keep a fifth of the tolerance.
-  EXPECT_EQ(of(8.1, tolerance / 5)[0].kind, Kind::kHole);
-  EXPECT_EQ(of(12, tolerance / 5)[0].kind, Kind::kHalved);
-  EXPECT_EQ(of(19, tolerance / 25)[0].kind, Kind::kHalved);
-  // Pieces of large parts have to hold more.
-  double strict = tolerance;
-  while (of(20.1, strict)[0].kind == Kind::kHalved) strict /= 1.1;
-  ASSERT_EQ(of(20.1, strict)[0].kind, Kind::kHole);
-  EXPECT_EQ(of(20.2, strict)[0].kind, Kind::kHole);
-  EXPECT_EQ(of(25, strict)[0].kind, Kind::kHole);
-  EXPECT_EQ(of(32, strict)[0].kind, Kind::kHalved);
+  EXPECT_EQ(of(3.9, tolerance)[0].kind, Kind::kHole);
+  EXPECT_EQ(of(4.2, tolerance)[0].kind, Kind::kHalved);
+  // A piece takes as long as 14 rows. Those of a third of the voxels keep a fifth of the tolerance,
+  EXPECT_EQ(of(5, tolerance / 5)[0].kind, Kind::kHole);
+  EXPECT_EQ(of(8, tolerance / 5)[0].kind, Kind::kHalved);
+  // and those of a twelfth a 25th.
+  EXPECT_EQ(of(10, tolerance / 25)[0].kind, Kind::kHole);
+  EXPECT_EQ(of(15, tolerance / 25)[0].kind, Kind::kHalved);
+  // There are more rows to invert where they are short,
+  EXPECT_EQ(of(Vec3(4, 21, 21), tolerance / 25)[0].kind, Kind::kHalved);
+  EXPECT_EQ(of(Vec3(21, 4, 21), tolerance / 25)[0].kind, Kind::kHole);
+  // and pieces take longer with more channels.
+  EXPECT_EQ(of(Vec3::Constant(12), tolerance / 25, 4)[0].kind, Kind::kHole);
+  EXPECT_EQ(of(Vec3::Constant(20), tolerance / 25, 4)[0].kind, Kind::kHalved);
 }
 
 // Inverting a hundred voxels of a long run takes about as long as examining a node.
