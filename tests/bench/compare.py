@@ -9,8 +9,8 @@
 
 Builds the benches of both, each in a folder of its own under build/compare that is kept, and runs them in turns: base,
 tree, base, tree. Prints the medians of each figure, their ratio (tree / base) and the spread: how far the slower half of
-the base's turns is from its faster half. Exits with 1 if a figure is worse by more than 3 % and by more than that
-spread, and with 2 if something can't be built, run or found.
+a side's turns is from its faster half, the larger one of both sides. Exits with 1 if a figure is worse by more than 3 %
+and by more than that spread, and with 2 if something can't be built, run or found.
 
 In the base's folder the working tree's source of a bench is built with the base's code, so that both sides measure the
 same; where it doesn't compile there, the base's own is. A figure that the base can't print is listed as "not in the
@@ -18,7 +18,9 @@ base". Wall times need a quiet machine; "CPU" and "ns/voxel" are CPU times and s
 """
 
 import argparse
+import collections
 import dataclasses
+import itertools
 import json
 import math
 import os
@@ -35,7 +37,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BENCH = "tests/bench"
 COMPARE = ROOT / "build/compare"
 BASELINE = ROOT / BENCH / "baseline"
-MESHES = ROOT.parent / "shared/meshes"
+TETRAHEDRA = COMPARE / "tetrahedra.vtk"
 MODELS = ("ring", "coyote", "engine", "bracket", "grid")
 TOLERATED = 0.03
 FEWEST_TURNS = 3
@@ -74,16 +76,11 @@ SUITES = {
     "probes": Suite("points probed a second",
                     [("preview_bench", "--parts", "probes", "--models", model) for model in MODELS], True),
     "encoders": Suite("planes as PNG and zstd", [("encode_bench",)]),
-    "prepare": Suite("preparing the samples, and rod.vtk where ../shared/meshes has it",
-                     [("prepare_bench", "--runs", "3", *map(str, MESHES.glob("rod.vtk")))]),
+    "prepare": Suite("preparing the samples and 2,058 tetrahedra", [("prepare_bench", "--runs", "3", str(TETRAHEDRA))]),
 }
 
 
-@dataclasses.dataclass
-class Figure:
-    unit: str
-    more_is_better: bool
-    value: float
+Figure = collections.namedtuple("Figure", ("unit", "more_is_better", "value"))
 
 
 @dataclasses.dataclass
@@ -104,11 +101,10 @@ class Comparison:
 
     @property
     def spread(self):
-        """Of the base against itself: the slower half of its turns against the faster half."""
-        if len(self.base) < 2:
-            return None
-        ordered, half = sorted(self.base), len(self.base) // 2
-        return _ratio(statistics.median(ordered[-half:]), statistics.median(ordered[:half])) - 1
+        """Of a side against itself: the slower half of its turns against the faster half. The larger one of both."""
+        halves = [(sorted(values), len(values) // 2) for values in (self.base, self.tree) if values]
+        return max(_ratio(statistics.median(sorted_[-half:]), statistics.median(sorted_[:half])) - 1
+                   for sorted_, half in halves)
 
     @property
     def verdict(self):
@@ -156,8 +152,7 @@ def run_bench(program, arguments, total_cpu):
 
 
 def _cpu_of_children():
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
+    return sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])  # Of user and system.
 
 
 def run_suite(suite, programs, is_base):
@@ -196,7 +191,7 @@ def compare_suite(name, turns, base_programs, tree_programs):
 def table_row(row):
     base, tree = (f"{statistics.median(values):.4g}" if values else "-" for values in (row.base, row.tree))
     ratio = "-" if row.ratio is None else f"{row.ratio:.3f}"
-    spread = "-" if row.spread is None else f"{100 * row.spread:.1f} %"
+    spread = f"{100 * row.spread:.1f} %"
     unit = row.unit + (" (more is better)" if row.more_is_better else "")
     verdict = row.verdict.upper() if row.verdict == "worse" else row.verdict
     return f"{row.figure:<72} {base:>9} {tree:>9} {ratio:>7} {spread:>8}  {verdict:<17} {unit}"
@@ -211,12 +206,11 @@ def print_table(name, rows):
 
 
 def print_summary(rows):
-    print()
-    for verdict in ("worse", "better", "within the spread", "not in the base", "not in the tree"):
-        named = [row for row in rows if row.verdict == verdict]
-        print(f"{len(named)} of {len(rows)} figures {verdict}" + (":" if verdict == "worse" and named else ""))
-        for row in named if verdict == "worse" else []:
-            print(f"  {row.suite}: {row.figure}: {row.ratio:.3f}, spread {100 * row.spread:.1f} %")
+    count = collections.Counter(row.verdict for row in rows)
+    print(f"\n{len(rows)} figures: " + ", ".join(f"{count[verdict]} {verdict}" for verdict in sorted(count)))
+    for row in rows:
+        if row.verdict == "worse":
+            print(f"worse: {row.suite}: {row.figure}: {row.ratio:.3f}, spread {100 * row.spread:.1f} %")
 
 
 def _finite(value):
@@ -228,6 +222,24 @@ def to_json(options, base, tree, rows):
                 "verdict": row.verdict}
                for row in rows]
     return json.dumps({"base": base, "tree": tree, "turns": options.turns, "figures": figures}, indent=2) + "\n"
+
+
+def write_tetrahedra(path, side=7):
+    """A box of cubes, each as six tetrahedra round its diagonal, in VTK's legacy format."""
+    cells = []
+    for corner, order in itertools.product(itertools.product(range(side), repeat=3), itertools.permutations(range(3))):
+        places = [list(corner)]
+        for axis in order:
+            places.append([at + (a == axis) for a, at in enumerate(places[-1])])
+        if order not in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            places[1], places[2] = places[2], places[1]
+        cells.append(["4", *(str(x + (side + 1) * (y + (side + 1) * z)) for x, y, z in places)])
+    points = [f"{x} {y} {z}" for z, y, x in itertools.product(range(side + 1), repeat=3)]
+    lines = ["# vtk DataFile Version 3.0", path.stem, "ASCII", "DATASET UNSTRUCTURED_GRID", f"POINTS {len(points)} double",
+             *points, f"CELLS {len(cells)} {5 * len(cells)}", *map(" ".join, cells), f"CELL_TYPES {len(cells)}",
+             *["10"] * len(cells)]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join(lines) + "\n")
 
 
 def git(*arguments):
@@ -388,6 +400,7 @@ def main(arguments=None):
     try:
         base = resolve(options.base or default_base())
         benches = sorted({command[0] for name in options.suites for command in SUITES[name].commands})
+        write_tetrahedra(TETRAHEDRA)
         print(f"building {', '.join(benches)} of {base[:12]}: {COMPARE / base / 'log'}", file=sys.stderr, flush=True)
         base_programs = build_base(base, benches)
         print(f"building the working tree's: {COMPARE / 'tree/log'}", file=sys.stderr, flush=True)

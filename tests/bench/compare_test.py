@@ -60,6 +60,11 @@ class Judges(unittest.TestCase):
         self.assertAlmostEqual(row([12, 10, 11, 14, 10], []).spread, 0.3)
         self.assertAlmostEqual(row([1, 3, 1, 3], []).spread, 2)
 
+    def test_the_larger_spread_of_both_sides_counts(self):
+        self.assertAlmostEqual(row([100, 103, 101], [100, 107, 101]).spread, 0.07)
+        self.assertAlmostEqual(row([100, 109, 101], [100, 107, 101]).spread, 0.09)
+        self.assertEqual(row([100, 100, 100], [101, 105, 109]).verdict, "within the spread")
+
     def test_worse_is_beyond_three_percent_and_the_spread(self):
         quiet, noisy = [100, 100, 100], [100, 110, 95]
         self.assertEqual(row(quiet, [102.9, 102.9, 102.9]).verdict, "same")
@@ -117,7 +122,7 @@ class Runs(unittest.TestCase):
         code, printed, figures = self.compare(self.prints("base", ("a", 10), ("b", 10)),
                                               self.prints("tree", ("a", 10.1), ("b", 11)))
         self.assertEqual(code, 1)
-        self.assertIn("1 of 2 figures worse:\n  encoders: b: 1.100", printed)
+        self.assertIn("2 figures: 1 same, 1 worse\nworse: encoders: b: 1.100, spread 0.0 %\n", printed)
         self.assertEqual([figure["base"] for figure in figures], [[10, 10, 10]] * 2)
         self.assertEqual([figure["verdict"] for figure in figures], ["same", "worse"])
 
@@ -138,7 +143,7 @@ class Runs(unittest.TestCase):
             code, printed, figures = self.compare(base, tree)
             self.assertEqual(code, 0)
             self.assertEqual([figure["verdict"] for figure in figures if figure["figure"] == "a"], ["not in the base"])
-            self.assertIn("figures not in the base", printed)
+            self.assertIn("1 not in the base", printed)
 
     def test_a_bench_that_fails_is_told_with_its_words(self):
         good = self.prints("good", ("a", 10))
@@ -156,6 +161,21 @@ class Runs(unittest.TestCase):
         total = figures["bench and server: busy --parts x"]
         self.assertEqual((code, total.unit), (0, "s CPU"))
         self.assertTrue(0 < total.value < 60 and math.isfinite(total.value))
+
+
+class WritesTetrahedra(unittest.TestCase):
+    def test_they_fill_the_box(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "tetrahedra.vtk"
+            compare.write_tetrahedra(path, 2)
+            lines = path.read_text().splitlines()
+        points = [tuple(map(int, line.split())) for line in lines[5:32]]
+        cells = [[points[int(v)] for v in line.split()[1:]] for line in lines[33:81]]
+        self.assertEqual((lines[4], lines[32], lines[81]), ("POINTS 27 double", "CELLS 48 240", "CELL_TYPES 48"))
+        self.assertEqual(lines[82:], ["10"] * 48)
+        for a, *others in cells:
+            (p, q, r), (s, t, u), (v, w, x) = [[c - d for c, d in zip(other, a)] for other in others]
+            self.assertEqual(p * (t * x - u * w) - q * (s * x - u * v) + r * (s * w - t * v), 1)  # Six volumes.
 
 
 class RefusesArguments(unittest.TestCase):
