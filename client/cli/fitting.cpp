@@ -36,7 +36,7 @@ FitOptions fit_options(bool quiet) {
 
 std::string met_note(FittedVertices vertices, const FitReport& report) {
   const bool all = vertices == FittedVertices::kAll;
-  std::string note = all ? "--interpolate" : "--interpolate=boundary";
+  std::string note = all ? "control points fitted" : "control points fitted to the boundary";
   note += ": the limit passes through ";
   if (report.missed == 0 && report.inside_missed == 0) return note + "every vertex";
   if (report.missed == 0) {

@@ -19,7 +19,7 @@ SharpFeatures by_angle(const SharpOptions& options, const ControlMesh& checked, 
     throw UsageError("--sharp-angle takes degrees, more than 0 and at most 180; 40 suits machined parts");
   }
   SharpEdges found = find_sharp_edges(checked, *options.angle_deg);
-  std::string note = "--sharp-angle tags " + show_count(found.convex.size()) + " convex edges";
+  std::string note = "edges that stay sharp: " + show_count(found.convex.size()) + " convex ones";
   std::string others;
   if (!found.reentrant.empty()) others = show_count(found.reentrant.size()) + " reentrant ones";
   if (!found.interface.empty()) {

@@ -257,8 +257,7 @@ void VtkCellAppender::warn() {
   note(higher_order_, "cells of third or higher order taken by their corners: curved edges become straight");
   note(rational_, "Bezier cells with rational weights taken by their corners: curved edges become straight");
   note(with_other_nodes_, "cells have nodes in the middle of triangles or of themselves, which are left out");
-  note(flat_.count, "points, lines or faces among the cells left out (cells " + flat_.ids() +
-                        "); cell ids in later messages count volume cells only");
+  note(flat_.count, "points, lines or faces among the cells left out (cells " + flat_.ids() + ")");
 }
 
 }  // namespace ccslice

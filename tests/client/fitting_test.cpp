@@ -74,14 +74,15 @@ TEST_F(FittedFile, PassesThroughItsVerticesAtItsSize) {
   EXPECT_NEAR(shape.bounding_box.sizes().maxCoeff(), 60, 1e-6) << "--size is that of the limit";
   EXPECT_NEAR(shape.deviation.control_volume_mm3, std::pow(shape.deviation.control_box.sizes().x(), 3), 1e-6)
       << "the mesh that it interpolates is a box still";
-  EXPECT_THAT(loaded.warnings,
-              ElementsAre(HasSubstr("--size 60 scales by"), "--interpolate: the limit passes through every vertex",
-                          AllOf(ContainsRegex("swells between the vertices by more than a tenth of an edge at [0-9]+ "
-                                              "faces of the boundary, most by [0-9.]+ mm off the middle of the mesh's "
-                                              "face of vertices [0-9]+, [0-9]+, [0-9]+, [0-9]+, by 0\\.[0-9]+ of an "
-                                              "edge, near \\("),
-                                HasSubstr("keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer "
-                                          "mesh there; --interpolate=boundary swells as much"))));
+  EXPECT_THAT(
+      loaded.warnings,
+      ElementsAre(HasSubstr("--size 60 scales by"), "control points fitted: the limit passes through every vertex",
+                  AllOf(ContainsRegex("swells between the vertices by more than a tenth of an edge at [0-9]+ "
+                                      "faces of the boundary, most by [0-9.]+ mm off the middle of the mesh's "
+                                      "face of vertices [0-9]+, [0-9]+, [0-9]+, [0-9]+, by 0\\.[0-9]+ of an "
+                                      "edge, near \\("),
+                        HasSubstr("keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer "
+                                  "mesh there; --interpolate=boundary swells as much"))));
 }
 
 TEST_F(FittedFile, NotesHaveLengthsOfThePrintedSize) {
@@ -121,7 +122,8 @@ TEST_F(FittedFile, OfSharpEdgesSwellsNowhere) {
       load_mesh({.mesh = path, .meaning = {.sharp = {.angle_deg = 40}, .interpolate = "boundary"}});
   const Deviation deviation = measure_limit(loaded.mesh).deviation;
   EXPECT_NEAR(deviation.limit_volume_mm3, 27000, 1e-6);
-  EXPECT_THAT(loaded.warnings, Contains("--interpolate=boundary: the limit passes through every vertex"));
+  EXPECT_THAT(loaded.warnings,
+              Contains("control points fitted to the boundary: the limit passes through every vertex"));
 }
 
 /// Grades are those of the part, not of its control points.

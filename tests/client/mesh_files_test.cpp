@@ -246,7 +246,7 @@ TEST(MeshFiles, AreSharpenedByAngle) {
   const LoadedMesh sharp = load_mesh({.mesh = path, .meaning = {.sharp = {.angle_deg = 90}}});
   EXPECT_GE(sharp.mesh.sharp_edges.size(), 12u);
   ASSERT_EQ(sharp.warnings.size(), 1u);
-  EXPECT_THAT(sharp.warnings[0], HasSubstr("convex edges"));
+  EXPECT_THAT(sharp.warnings[0], HasSubstr("convex ones"));
   EXPECT_NE(sharp.bytes->id(), load_mesh({.mesh = path}).bytes->id());
   EXPECT_TRUE(load_mesh({.mesh = path, .meaning = {.sharp = {.angle_deg = 91}}}).mesh.sharp_edges.empty());
   EXPECT_THAT(error_of({.mesh = path, .meaning = {.sharp = {.angle_deg = 0}}}),

@@ -211,15 +211,5 @@ TEST(AsMeshed, NodesOfAnInterfaceFollowTheirRegionsCorners) {
   EXPECT_NEAR(6, values_at(1, Vec3(0, 0.5, 0))[1], 1e-12);  // A channel that doesn't jump keeps the node's.
 }
 
-TEST(AsMeshed, ToldMemoryIsEnoughForPointsOfTheirOwn) {
-  ControlMesh mesh = as_meshed(oracle::kuhn_box(6));
-  oracle::add_random_mid_nodes(0.02, false, 5, mesh);
-  PrepareOptions options;
-  std::uint64_t told = 0;
-  options.reserve = [&](std::uint64_t bytes) { told = bytes; };
-  const auto solid = LimitSolid::prepare(mesh, options);
-  EXPECT_GT(told, solid->summary().memory_bytes);
-}
-
 }  // namespace
 }  // namespace ccslice

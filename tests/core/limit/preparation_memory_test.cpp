@@ -26,6 +26,7 @@
 #include "core/mesh/models.h"
 #include "core/vertex_fit/vertex_fit.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/finite_elements.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -173,6 +174,9 @@ std::vector<std::pair<std::string, ControlMesh>> meshes() {
   ControlMesh overlapping = oracle::kuhn_box(6), folding = oracle::folding_box_mesh();
   oracle::append_mesh(overlapping, oracle::kuhn_box(6), Vec3::Constant(3));
   folding.allow_folds = true;
+  ControlMesh as_meshed = oracle::kuhn_box(6), of_second_order = oracle::kuhn_box(4);
+  as_meshed.as_meshed = of_second_order.as_meshed = true;
+  oracle::add_random_mid_nodes(0.02, false, 5, of_second_order);
   ControlMesh all_at_once = oracle::kuhn_box(3);
   oracle::append_mesh(all_at_once, oracle::kuhn_box(3), Vec3::Constant(3));
   return {
@@ -195,6 +199,8 @@ std::vector<std::pair<std::string, ControlMesh>> meshes() {
       {"tetrahedra in several cut-outs", oracle::kuhn_box(8)},
       {"lone tetrahedra", lone_cells(CellKind::kTet, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}})},
       {"lone wedges", lone_cells(CellKind::kWedge, {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 1}, {0, 1, 1}, {1, 0, 1}})},
+      {"tetrahedra as meshed", as_meshed},
+      {"tetrahedra of second order", of_second_order},
       {"coyote", find_sample_model("coyote")->make()},
       {"engine", find_sample_model("engine")->make()}};
 }
