@@ -22,7 +22,7 @@
 
 #pragma once
 
-#include "core/inversion/newton.h"
+#include "core/limit/newton.h"
 
 namespace ccslice {
 

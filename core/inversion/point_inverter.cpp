@@ -13,10 +13,10 @@
 
 #include "core/inversion/cell_candidates.h"
 #include "core/inversion/nearest_place.h"
-#include "core/inversion/newton.h"
 #include "core/inversion/start_places.h"
 #include "core/limit/cell_distance.h"
 #include "core/limit/cell_index.h"
+#include "core/limit/newton.h"
 #include "core/limit/part_trees.h"
 
 namespace ccslice {

@@ -55,8 +55,9 @@ class PointInverter {
   PointInverter& operator=(PointInverter&&) noexcept;
 
   /// `point`: mesh frame, mm. `hint`: a parameter solved for a point nearby (coherence), or nothing.
-  /// Returns nothing if no candidate cell comes within options.outside_mm. Near cells that fold the lowest cell id
-  /// wins, and where separate parts of the solid overlap the part whose first cell is the lowest: whatever the hint.
+  /// Returns nothing if no candidate cell comes within options.outside_mm. Near cells that fold, or overlap others of
+  /// their part, the lowest cell id wins, and where separate parts of the solid overlap the part whose first cell is
+  /// the lowest: whatever the hint.
   [[nodiscard]] std::optional<InversionResult> invert(const Vec3& point,
                                                       const std::optional<CellParam>& hint = {}) noexcept;
 

@@ -21,8 +21,8 @@
 #include <vector>
 
 #include "core/base/cancellation.h"
-#include "core/inversion/acceptance.h"
 #include "core/inversion/point_inverter.h"
+#include "core/limit/acceptance.h"
 #include "core/limit/patch_lanes.h"
 #include "core/limit/patch_path.h"
 

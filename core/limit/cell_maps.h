@@ -31,6 +31,13 @@ struct CellMap {
     const Vec3 margin = distance_mm * inverse_jacobian.cwiseAbs().rowwise().sum() + kRounding * hull.diagonal();
     return ((guess - hull.min() + margin).array() >= 0).all() && ((hull.max() - guess + margin).array() >= 0).all();
   }
+  /// The cell may meet the box, mesh frame.
+  bool may_meet(const Box3& box) const {
+    const Vec3 reach = inverse_jacobian.cwiseAbs() * (0.5 * box.diagonal()) + kRounding * hull.diagonal();
+    const Vec3 middle = (*this)(box.center());
+    return ((middle + reach).array() >= hull.min().array()).all() &&
+           ((middle - reach).array() <= hull.max().array()).all();
+  }
 
  private:
   static constexpr double kRounding = 1e-9;

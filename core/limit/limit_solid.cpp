@@ -54,10 +54,13 @@ std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const Pr
   options.begin(PreparationStep::kFinishing);
   find_overlaps(std::exchange(mesh, {}), options.cancel, *data);
   data->summary.inverted_control_cells = std::move(checked.report.inverted_cells);
-  const std::uint64_t held_bytes = memory_bytes(*data);
-  find_hulls_near_folds(told_bytes - std::min(held_bytes, told_bytes), options.cancel, *data);
-  data->summary.memory_bytes = memory_bytes(*data);
-  return std::shared_ptr<const LimitSolid>(new LimitSolid(std::move(data)));
+  Data& own = *data;
+  const std::shared_ptr<const LimitSolid> solid(new LimitSolid(std::move(data)));
+  find_overlapping_cells(*solid, options, own);
+  const std::uint64_t held_bytes = memory_bytes(own);
+  find_hulls_near_folds(told_bytes - std::min(held_bytes, told_bytes), options.cancel, own);
+  own.summary.memory_bytes = memory_bytes(own);
+  return solid;
 }
 
 LimitSolid::LimitSolid(std::unique_ptr<Data> data) : data_(std::move(data)) {}

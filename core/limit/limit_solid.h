@@ -46,6 +46,22 @@ struct FoldPlace {
   double determinant = 0;        // Determinant of the Jacobian there, mm^3 per unit parameter volume.
 };
 
+/// Where two control cells overlap that share no vertex.
+struct OverlapPlace {
+  ControlCellId cell, other;     // The first one is the lower.
+  Vec3 position = Vec3::Zero();  // mm, mesh frame: where the boundary of one was found deepest in the other.
+  double depth_mm = 0;           // How deep that is below the other's boundary, or at least; 0 if both are inside.
+};
+
+/// Cells that overlap although they don't touch: the solid holds places twice without folding.
+struct Overlaps {
+  std::size_t cells = 0;             // Limit cells.
+  double volume_mm3 = 0;             // That they have in common, about.
+  double depth_mm = 0;               // The deepest place of the boundary in another cell.
+  bool at_least = false;             // More weren't looked for.
+  std::vector<OverlapPlace> places;  // One of two cells, by cells; at most 32 of them.
+};
+
 /// A vertex of the control mesh's boundary, or of an interface of cell regions, and its own point of the limit surface.
 /// mm.
 struct VertexLimit {
@@ -101,6 +117,7 @@ struct SolidSummary {
   std::size_t folding_cells = 0;                      // Limit cells that fold somewhere.
   std::size_t undecided_cells = 0;                    // Limit cells that can't be told to fold or not.
   std::vector<FoldPlace> folds;                       // Worst place of each folding cell, at most 32 of them, by cell.
+  Overlaps overlaps;
   std::vector<ChannelRange> channels;
   std::vector<CellRegionSummary> cell_regions;  // As in ControlMesh::cell_region_names.
 };

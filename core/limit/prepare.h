@@ -51,6 +51,13 @@ void find_folds(const PrepareOptions& options, LimitSolid::Data& data);
 /// overlap_boxes and parts. REQUIRES: cell_boxes.
 void find_overlaps(const ControlMesh& mesh, const CancellationToken& cancel, LimitSolid::Data& data);
 
+/// Finds cells that overlap although they don't touch, of one part or of several: fills the summary's overlaps, and
+/// adds where cells of one part do to fold_boxes. It looks for faces of the boundary that cross (face_crossing.h) and
+/// for parts in others, and goes on from there to all cells around. Overlaps less deep than kLeastOverlapMm
+/// (cell_probe.h) aren't looked for, nor those of cells that touch: they are folds. Bounded by a number of points that
+/// are looked for in cells. `solid`: of `data`. REQUIRES: all else but hulls_near_folds.
+void find_overlapping_cells(const LimitSolid& solid, const PrepareOptions& options, LimitSolid::Data& data);
+
 /// Finds what the cells near fold_boxes consist of, as closely as `most_bytes` allow: fills hulls_near_folds, or leaves
 /// them empty, which costs time near folds and changes nothing else. REQUIRES: cell_boxes, fold_boxes.
 void find_hulls_near_folds(std::size_t most_bytes, const CancellationToken& cancel, LimitSolid::Data& data);

@@ -304,4 +304,40 @@ ControlMesh crossed_valleys() {
   return mesh;
 }
 
+ControlMesh band_along(const std::vector<double>& radii_mm) {
+  ControlMesh mesh;
+  mesh.channel_names = {"turn"};
+  for (std::size_t k = 0; k < radii_mm.size(); ++k) {
+    const double turn = static_cast<double>(k) / kBandCellsPerTurn, angle = 2 * std::numbers::pi * turn;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        const double radius = radii_mm[k] + 0.5 * i;
+        mesh.positions.emplace_back(radius * std::cos(angle), radius * std::sin(angle), j);
+        mesh.channel_values.push_back(static_cast<float>(turn));
+      }
+    }
+  }
+  const auto at = [](std::size_t k, std::size_t i, std::size_t j) {
+    return static_cast<std::uint32_t>((k * 3 + i) * 3 + j);
+  };
+  for (std::size_t k = 0; k + 1 < radii_mm.size(); ++k) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      for (std::size_t j = 0; j < 2; ++j) {
+        mesh.cell_kinds.push_back(CellKind::kHex);
+        for (const std::size_t up : {j, j + 1}) {
+          mesh.cell_vertices.insert(mesh.cell_vertices.end(),
+                                    {at(k, i, up), at(k, i + 1, up), at(k + 1, i + 1, up), at(k + 1, i, up)});
+        }
+      }
+    }
+  }
+  return mesh;
+}
+
+ControlMesh spiral(double gap_mm) {
+  std::vector<double> radii_mm;
+  for (int k = 0; k <= 2 * kBandCellsPerTurn; ++k) radii_mm.push_back(4 + (1 + gap_mm) * k / kBandCellsPerTurn);
+  return band_along(radii_mm);
+}
+
 }  // namespace ccslice::oracle

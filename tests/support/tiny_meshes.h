@@ -73,6 +73,13 @@ std::vector<std::array<int, 3>> hull_triangles(const std::vector<Vec3>& points);
 /// The refined mesh's own points as a control mesh of hexes.
 ControlMesh refined_mesh(const ControlMesh& mesh);
 
+inline constexpr int kBandCellsPerTurn = 48;
+/// A band of 2 x 2 cells across and upwards, 1 mm wide and 2 mm high: with these inner radii about the z axis, one for
+/// each 1/48 of a turn. A channel is the number of turns.
+ControlMesh band_along(const std::vector<double>& radii_mm);
+/// Such a band of two turns that are `gap_mm` apart, or overlap by as much as that is negative.
+ControlMesh spiral(double gap_mm);
+
 /// Adds a mesh of the same channels, moved by an offset, as parts that share nothing with those before.
 void append_mesh(ControlMesh& mesh, const ControlMesh& other, const Vec3& offset);
 /// Moves every vertex by at most `amplitude_mm` in each direction.

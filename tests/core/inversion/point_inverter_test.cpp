@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <random>
 #include <string>
@@ -246,6 +247,30 @@ TEST(PointInverter, GivesFoldedPlacesToTheLowestCellWhateverTheHint) {
     ASSERT_TRUE(hinted);
     EXPECT_EQ(hinted->at.cell, plain->at.cell);
     EXPECT_LT((hinted->at.uvw - plain->at.uvw).norm(), 1e-12) << "another of its parameters";
+  }
+}
+
+TEST(PointInverter, GivesOverlapsOfAPartToItsLowestCellWhateverTheHint) {
+  const auto solid = LimitSolid::prepare(oracle::spiral(-0.3));
+  ASSERT_EQ(solid->summary().folding_cells + solid->summary().undecided_cells, 0u);
+  PointInverter inverter(*solid);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> part(0, 1);
+  for (int i = 0; i < 300; ++i) {
+    // The first turn's outer radius is 5 mm and 0.7 mm more a turn. The second turn begins 0.3 mm further in.
+    const double turn = 0.1 + 0.8 * part(random), angle = 2 * std::numbers::pi * turn;
+    const double radius = 5 + 0.7 * turn - 0.15 + 0.2 * (part(random) - 0.5);
+    const Vec3 point(radius * std::cos(angle), radius * std::sin(angle), 0.7 + 0.6 * part(random));
+    const auto plain = inverter.invert(point);
+    ASSERT_TRUE(plain);
+    EXPECT_LT(plain->at.cell, solid->cell_count() / 2) << "of the first turn";
+    for (const std::uint32_t step : {0u, solid->cell_count() / 2}) {
+      const LimitCellId near{(plain->at.cell + step) % solid->cell_count()};
+      const auto hinted = inverter.invert(point, CellParam{near, Vec3(plain->at.uvw)});
+      ASSERT_TRUE(hinted);
+      EXPECT_EQ(hinted->at.cell, plain->at.cell);
+      EXPECT_LT((hinted->at.uvw - plain->at.uvw).norm(), 1e-6);
+    }
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "core/inversion/acceptance.h"
+#include "core/limit/acceptance.h"
 
 #include <limits>
 

@@ -11,7 +11,7 @@
 
 #pragma once
 
-#include "core/inversion/acceptance.h"
+#include "core/limit/acceptance.h"
 #include "core/limit/limit_evaluator.h"
 
 namespace ccslice {
