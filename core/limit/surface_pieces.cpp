@@ -13,6 +13,9 @@ namespace ccslice {
 
 namespace {
 
+constexpr int kBoxLevels =
+    3;  // Of patches in the box of an irregular face: what is left of it has a hull that reaches far.
+
 using SurfaceNet = std::array<PaddedPoint, 16>;
 
 Vec3 point_of(const PaddedPoint& p) { return p.head<3>(); }
@@ -98,11 +101,18 @@ SlantedBox SurfacePieces::box_of(BoundaryFaceId face) {
     return SlantedBox::around(patch.b, corners_of(patch.b));
   }
   surface_.irregular_corner(face, boxed_corner_);
-  surface_.split(boxed_corner_, patches_);
-  points_ = boxed_corner_.ring;
-  for (const BezierPatch& patch : patches_) points_.insert(points_.end(), patch.b.begin(), patch.b.end());
-  return SlantedBox::around(points_, {surface_.corner_position(boxed_corner_), point_of(patches_[0].b[3]),
-                                      point_of(patches_[2].b[15]), point_of(patches_[1].b[12])});
+  points_.clear();
+  std::array<Vec3, 4> corners;
+  for (int level = 0; level < kBoxLevels; ++level) {
+    surface_.split(boxed_corner_, patches_);
+    for (const BezierPatch& patch : patches_) points_.insert(points_.end(), patch.b.begin(), patch.b.end());
+    if (level == 0) {
+      corners = {Vec3::Zero(), point_of(patches_[0].b[3]), point_of(patches_[2].b[15]), point_of(patches_[1].b[12])};
+    }
+  }
+  points_.insert(points_.end(), boxed_corner_.ring.begin(), boxed_corner_.ring.end());
+  corners[0] = surface_.corner_position(boxed_corner_);
+  return SlantedBox::around(points_, corners);
 }
 
 void SurfacePieces::append(const SurfaceNet& net) {
