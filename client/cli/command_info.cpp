@@ -40,6 +40,7 @@ struct InfoOptions {
 /// Facts about the limit of a file's mesh, for which the mesh is prepared as a server does.
 struct LimitFacts {
   LimitShape shape;
+  Overlaps overlaps;
   std::uint64_t preparation_bytes = 0;  // What a server reserves to prepare it.
 };
 
@@ -54,8 +55,9 @@ struct FileFacts {
 };
 
 constexpr const char* kLeftOut =
-    "size and volume of the limit, which is what gets printed, and the memory that a server takes to prepare the mesh: "
-    "--full prepares it here and says them";
+    "size and volume of the limit, which is what gets printed, cells that overlap, and the memory that a server takes "
+    "to "
+    "prepare the mesh: --full prepares it here and says them";
 
 LimitFacts limit_of(const ControlMesh& mesh, bool quiet) {
   LimitFacts facts;
@@ -68,7 +70,9 @@ LimitFacts limit_of(const ControlMesh& mesh, bool quiet) {
     preparing.tell_memory(bytes);
   };
   try {
-    facts.shape = measure_limit(mesh, options);
+    const SolidSummary summary = LimitSolid::prepare(mesh, options)->summary();
+    facts.shape = {summary.bounding_box, summary.deviation, summary.cell_regions};
+    facts.overlaps = summary.overlaps;
   } catch (const std::bad_alloc&) {
     print_note("a server takes at least " + show_bytes(facts.preparation_bytes) + " to prepare the mesh");
     throw;
@@ -117,6 +121,8 @@ void add_limit(const LimitFacts& limit, const FileNumbers& numbers, JsonWriter& 
   add_json(to_proto(limit.shape.bounding_box), json);
   json.key("deviation");
   add_json(to_proto(limit.shape.deviation), json, &numbers);
+  json.key("overlaps");
+  add_json(to_proto(limit.overlaps), json, &numbers);
   json.member("preparation_bytes", limit.preparation_bytes);
 }
 
@@ -164,7 +170,8 @@ std::string describe_size(const FileFacts& facts, const LoadedMesh& loaded) {
            show_number(facts.volume_mm3) + " mm^3";
   }
   return "\n  size       " + describe(to_proto(facts.limit->shape.bounding_box)) +
-         describe(to_proto(facts.limit->shape.deviation), loaded.numbers) + "\n  memory     " +
+         describe(to_proto(facts.limit->shape.deviation), loaded.numbers) +
+         describe(to_proto(facts.limit->overlaps), loaded.numbers) + "\n  memory     " +
          show_bytes(facts.limit->preparation_bytes) + " of a server's preparation budget";
 }
 
@@ -244,7 +251,9 @@ Command add_info(CLI::App& parent, CommonOptions& common) {
   app->add_flag("--meshes", options->meshes, "List the meshes that the server holds");
   app->add_flag("--full", options->full,
                 "Prepare the mesh of a file as a server does, which takes as long, and say the size and the volume of "
-                "its limit, which is what gets printed, how far it is from the mesh, and the memory that this takes");
+                "its limit, which is what gets printed, how far it is from the mesh, cells that overlap without "
+                "touching, and the "
+                "memory that this takes");
   add_server_options(*app, common);
   app->footer(
       "Examples:\n  ccslice info                    the server\n"

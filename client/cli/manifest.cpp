@@ -45,6 +45,7 @@ const char* name_of(v1::PlanWarningKind kind) {
     case v1::PLAN_WARNING_KIND_DEVIATION: return "deviation";
     case v1::PLAN_WARNING_KIND_VALUES_OFF_MAP: return "values_off_map";
     case v1::PLAN_WARNING_KIND_THIN_FEATURE: return "thin_feature";
+    case v1::PLAN_WARNING_KIND_OVERLAP: return "overlap";
     case v1::PLAN_WARNING_KIND_FRACTIONS_BELOW_ONE: return "fractions_below_one";
     default: return "other";
   }
@@ -240,6 +241,23 @@ void add_json(const v1::PictureLayout& layout, JsonWriter& json) {
   json.member("flip_x", layout.flip_x()).member("flip_y", layout.flip_y()).end_object();
 }
 
+void add_json(const v1::Overlaps& overlaps, JsonWriter& json, const FileNumbers* numbers) {
+  json.begin_object().member("limit_cells", overlaps.limit_cells()).member("depth_mm", overlaps.depth_mm());
+  json.member("volume_mm3", overlaps.volume_mm3()).member("more", overlaps.more()).key("places").begin_array();
+  for (const v1::OverlapPlace& place : overlaps.places()) {
+    json.begin_object().key("control_cells").begin_array();
+    json.value(place.control_cell()).value(place.other_control_cell()).end_array();
+    if (numbers != nullptr) {
+      json.key("file_cells").begin_array().value(file_cell(*numbers, place.control_cell()));
+      json.value(file_cell(*numbers, place.other_control_cell())).end_array();
+    }
+    json.key("position_mm");
+    add_vector(place.position_mm(), json);
+    json.member("depth_mm", place.depth_mm()).end_object();
+  }
+  json.end_array().end_object();
+}
+
 void add_json(const v1::CellRegion& region, JsonWriter& json) {
   json.begin_object().member("name", region.name()).member("control_cells", region.control_cells());
   json.member("volume_mm3", region.volume_mm3()).member("control_volume_mm3", region.control_volume_mm3());
@@ -294,6 +312,8 @@ void add_json(const v1::MeshSummary& mesh, JsonWriter& json, const FileNumbers* 
   json.end_array().member("inverted_control_cell_count", mesh.inverted_control_cell_count());
   json.member("folding_cells", mesh.folding_cells()).member("undecided_cells", mesh.undecided_cells());
   add_folds(mesh, numbers, json);
+  json.key("overlaps");
+  add_json(mesh.overlaps(), json, numbers);
   json.member("preparation_ms", 1e3 * seconds_of(mesh.preparation_time()));
   json.member("engine_version", mesh.engine_version()).end_object();
 }

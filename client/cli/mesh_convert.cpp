@@ -171,6 +171,22 @@ v1::LimitDeviation to_proto(const Deviation& deviation) {
   return message;
 }
 
+v1::Overlaps to_proto(const Overlaps& overlaps) {
+  v1::Overlaps message;
+  message.set_limit_cells(overlaps.cells);
+  message.set_depth_mm(overlaps.depth_mm);
+  message.set_volume_mm3(overlaps.volume_mm3);
+  message.set_more(overlaps.at_least);
+  for (const OverlapPlace& place : overlaps.places) {
+    v1::OverlapPlace& added = *message.add_places();
+    added.set_control_cell(place.cell);
+    added.set_other_control_cell(place.other);
+    *added.mutable_position_mm() = vector_to_proto(place.position);
+    added.set_depth_mm(place.depth_mm);
+  }
+  return message;
+}
+
 v1::CellRegion to_proto(const CellRegionSummary& region) {
   v1::CellRegion message;
   message.set_name(region.name);

@@ -307,6 +307,22 @@ v1::FoldPlace to_message(const FoldPlace& value) {
   return message;
 }
 
+v1::Overlaps to_message(const Overlaps& value) {
+  v1::Overlaps message;
+  message.set_limit_cells(value.cells);
+  message.set_depth_mm(value.depth_mm);
+  message.set_volume_mm3(value.volume_mm3);
+  message.set_more(value.at_least);
+  for (const OverlapPlace& place : value.places) {
+    v1::OverlapPlace& added = *message.add_places();
+    added.set_control_cell(place.cell);
+    added.set_other_control_cell(place.other);
+    *added.mutable_position_mm() = to_message(place.position);
+    added.set_depth_mm(place.depth_mm);
+  }
+  return message;
+}
+
 v1::LimitDeviation to_message(const Deviation& value) {
   v1::LimitDeviation message;
   message.set_control_volume_mm3(value.control_volume_mm3);

@@ -51,6 +51,7 @@ v1::PlaneEncoding to_message(const EncodingTraits& value);
 v1::Channel to_message(const ChannelRange& value);
 v1::CellRegion to_message(const CellRegionSummary& value);
 v1::FoldPlace to_message(const FoldPlace& value);
+v1::Overlaps to_message(const Overlaps& value);
 v1::LimitDeviation to_message(const Deviation& value);
 v1::LayerStatistics to_message(const LayerStats& value);
 google::protobuf::Duration to_duration(std::chrono::nanoseconds value);

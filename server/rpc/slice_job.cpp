@@ -96,6 +96,30 @@ void warn_of_inverted_cells(const SliceJob& job, const LimitSolid& solid, v1::Pl
                       "; repair the mesh if that isn't meant");
 }
 
+/// Depths are those of the placed part where the placement keeps angles.
+void warn_of_overlaps(const SliceJob& job, const Overlaps& overlaps, v1::PlanSlicesResponse& plan) {
+  if (overlaps.cells == 0) return;
+  constexpr int kDigits = 4, kSizeDigits = 3;
+  const double scale = std::abs(job.placement.linear().determinant());
+  const OverlapPlace& first = overlaps.places.front();
+  v1::PlanWarning& warning = add_warning(
+      plan, v1::PLAN_WARNING_KIND_OVERLAP,
+      (overlaps.at_least ? "at least " : "") + std::to_string(overlaps.cells) +
+          " limit cells overlap others that they don't touch, by up to " +
+          number_text(std::cbrt(scale) * overlaps.depth_mm, kSizeDigits) + " mm and about " +
+          number_text(scale * overlaps.volume_mm3, kSizeDigits) + " mm^3 in all, control cells " +
+          std::to_string(first.cell) + " and " + std::to_string(first.other) + " near " +
+          place_text(job.placement * first.position, kDigits) +
+          "; there the lowest cell of a part gives the material, and of several parts the first one. Move them apart, "
+          "or join them by common vertices");
+  constexpr std::size_t kMostPairs = kMaxListedItems / 2;
+  for (const OverlapPlace& place : std::span(overlaps.places).first(std::min(overlaps.places.size(), kMostPairs))) {
+    *warning.add_places_mm() = to_message(Vec3(job.placement * place.position));
+    warning.add_control_cells(place.cell);
+    warning.add_control_cells(place.other);
+  }
+}
+
 void warn_of_solid(const SliceJob& job, const SolidSummary& solid, v1::PlanSlicesResponse& plan) {
   if (solid.folding_cells > 0) {
     constexpr int kDigits = 4;
@@ -114,6 +138,7 @@ void warn_of_solid(const SliceJob& job, const SolidSummary& solid, v1::PlanSlice
       warning.add_control_cells(fold.control_cell);
     }
   }
+  warn_of_overlaps(job, solid.overlaps, plan);
   if (job.placement.linear().determinant() < 0) {
     add_warning(plan, v1::PLAN_WARNING_KIND_MIRRORED,
                 "the placement mirrors the part; flip an axis back if that isn't meant");

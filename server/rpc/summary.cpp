@@ -49,6 +49,7 @@ void write_warnings(const SolidSummary& solid, v1::MeshSummary& summary) {
   summary.set_folding_cells(solid.folding_cells);
   summary.set_undecided_cells(solid.undecided_cells);
   for (const FoldPlace& fold : solid.folds) *summary.add_folds() = to_message(fold);
+  *summary.mutable_overlaps() = to_message(solid.overlaps);
 }
 
 }  // namespace

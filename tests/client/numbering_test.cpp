@@ -97,14 +97,25 @@ TEST(Numbering, TranslatesWhatIsSaidOfMeshes) {
   deviation.set_farthest_vertex(7);
   deviation.set_farthest_distance_mm(1);
   mesh.add_cell_regions()->set_name("cell 3");
+  mesh.mutable_overlaps()->set_limit_cells(16);
+  mesh.mutable_overlaps()->set_depth_mm(0.02);
+  v1::OverlapPlace& overlap = *mesh.mutable_overlaps()->add_places();
+  overlap.set_control_cell(2);
+  overlap.set_other_control_cell(4);
+  overlap.set_depth_mm(0.015);
   const std::string text = describe(mesh, abaqus());
   EXPECT_THAT(text, AllOf(HasSubstr("folds      element 505 at"), HasSubstr("boundary node 1007 from"),
-                          HasSubstr("region     cell 3:")));
+                          HasSubstr("region     cell 3:"),
+                          HasSubstr("overlaps   16 limit cells overlap others that they don't touch, by up to 0.02 mm"),
+                          HasSubstr("\n             elements 503 and 505 at (0, 0, 0) mm, 0.015 mm deep")));
+  EXPECT_THAT(describe(mesh.overlaps(), abaqus()), HasSubstr("elements 503 and 505 at"));
+  EXPECT_EQ(describe(v1::Overlaps()), "");
   EXPECT_THAT(describe(deviation, abaqus()), HasSubstr("boundary node 1007 from"));
   JsonWriter json;
   const FileNumbers numbers = abaqus();
   add_json(mesh, json, &numbers);
   EXPECT_THAT(json.text(), AllOf(HasSubstr("\"control_cell\":4,\"file_cell\":505"),
+                                 HasSubstr("\"control_cells\":[2,4],\"file_cells\":[503,505],\"position_mm\""),
                                  HasSubstr("\"farthest_vertex\":7,\"farthest_file_vertex\":1007")));
 }
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <string>
 
@@ -95,6 +96,28 @@ TEST_F(PlanSlices, WarnsOfWhatTheUserShouldKnow) {
   request_.clear_placement();
   request_.mutable_grid()->mutable_pitch()->set_z_mm(20);
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_THINNER_THAN_VOXEL));
+}
+
+TEST_F(PlanSlices, WarnsOfOverlapsWithPairsOfCellsAndTheirPlaces) {
+  request_.set_mesh_id(server_.upload_good(make_two_blocks(9.9)));
+  // Twice as large, and 100 mm aside.
+  for (const double number : {2, 0, 0, 100, 0, 2, 0, 0, 0, 0, 2, 0}) request_.mutable_placement()->add_matrix(number);
+  ASSERT_TRUE(warns_of(v1::PLAN_WARNING_KIND_OVERLAP));
+  const v1::PlanWarning& overlap =
+      *std::ranges::find(response_.warnings(), v1::PLAN_WARNING_KIND_OVERLAP, &v1::PlanWarning::kind);
+  ASSERT_GT(overlap.places_mm_size(), 0);
+  ASSERT_EQ(overlap.control_cells_size(), 2 * overlap.places_mm_size());
+  EXPECT_LE(overlap.control_cells_size(), 32);
+  EXPECT_LT(overlap.control_cells(0), 8u);
+  EXPECT_GE(overlap.control_cells(1), 8u);
+  EXPECT_GT(overlap.places_mm(0).x(), 118);
+  EXPECT_LT(overlap.places_mm(0).x(), 121);
+  EXPECT_THAT(overlap.message(),
+              testing::ContainsRegex("by up to 0.[12][0-9.]* mm and about .* mm\\^3 in all, control cells " +
+                                     std::to_string(overlap.control_cells(0)) + " and " +
+                                     std::to_string(overlap.control_cells(1)) + " near \\("));
+  request_.set_mesh_id(server_.upload_good(make_two_blocks(10)));
+  EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_OVERLAP));
 }
 
 TEST_F(PlanSlices, WarnsOfFoldsWithTheirPlaces) {

@@ -106,6 +106,19 @@ v1::ControlMesh make_overlapping_boxes(std::uint32_t count) {
   return all;
 }
 
+v1::ControlMesh make_two_blocks(double shift_mm) {
+  const v1::ControlMesh block = make_block(2, 10);
+  v1::ControlMesh both = block;
+  const auto first = static_cast<std::uint32_t>(block.positions_mm_size()) / 3;
+  for (int p = 0; p < block.positions_mm_size(); ++p) {
+    both.add_positions_mm(block.positions_mm(p) + (p % 3 == 0 ? shift_mm : 0));
+  }
+  both.mutable_cell_kinds()->MergeFrom(block.cell_kinds());
+  both.mutable_channel_values()->MergeFrom(block.channel_values());
+  for (const std::uint32_t vertex : block.cell_vertices()) both.add_cell_vertices(first + vertex);
+  return both;
+}
+
 v1::ControlMesh make_comb(std::uint32_t walls) {
   constexpr double kWallMm = 0.5;
   const std::uint32_t steps = 2 * walls + 1;

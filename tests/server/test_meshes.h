@@ -20,6 +20,9 @@ v1::ControlMesh make_box(std::uint32_t n, double size_mm);
 /// find out.
 v1::ControlMesh make_overlapping_boxes(std::uint32_t count);
 
+/// Two blocks of 10 mm and 2 x 2 x 2 cells each, the second one moved along x.
+v1::ControlMesh make_two_blocks(double shift_mm);
+
 /// A plate with so many walls on it, 20 mm high and half a millimetre thick, as far from one another.
 v1::ControlMesh make_comb(std::uint32_t walls);
 

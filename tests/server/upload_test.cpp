@@ -337,6 +337,28 @@ TEST(UploadMesh, TakesInvertedCellsWithAllowFoldsAndSaysSo) {
   EXPECT_GT(response.mesh().folds_size(), 0);
 }
 
+TEST(UploadMesh, SaysWhereCellsOverlapWithoutTouching) {
+  TestServer server;
+  v1::UploadMeshResponse response;
+  ASSERT_TRUE(server.upload(make_two_blocks(9.9), &response).ok());
+  const v1::Overlaps& overlaps = response.mesh().overlaps();
+  EXPECT_GT(overlaps.limit_cells(), 1u);
+  EXPECT_GT(overlaps.depth_mm(), 0.05);
+  EXPECT_LT(overlaps.depth_mm(), 0.11);
+  EXPECT_GT(overlaps.volume_mm3(), 0);
+  EXPECT_FALSE(overlaps.more());
+  ASSERT_GT(overlaps.places_size(), 0);
+  for (const v1::OverlapPlace& place : overlaps.places()) {
+    EXPECT_LT(place.control_cell(), 8u);
+    EXPECT_GE(place.other_control_cell(), 8u);
+    EXPECT_NEAR(place.position_mm().x(), 9.95, 0.2);
+    EXPECT_LE(place.depth_mm(), overlaps.depth_mm());
+  }
+  ASSERT_TRUE(server.upload(make_two_blocks(10), &response).ok());
+  EXPECT_EQ(response.mesh().overlaps().limit_cells(), 0u);
+  EXPECT_EQ(response.mesh().overlaps().places_size(), 0);
+}
+
 TEST(UploadMesh, CountsCellsOfWhichItCannotBeToldWhetherTheyFold) {
   TestServer server;
   v1::ControlMesh mesh = make_block(7, 70);
