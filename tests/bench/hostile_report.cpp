@@ -27,6 +27,7 @@ struct CheckSum {
     all.compared += finding.compared;
     all.failed += finding.failed;
     all.excused += finding.excused;
+    all.overlapped += finding.overlapped;
     seeds_failed += finding.failed > 0;
     for (std::size_t i = 0; i < all.failed_at.size(); ++i) all.failed_at[i] += finding.failed_at[i];
     if (finding.worst <= all.worst) return;
@@ -39,6 +40,7 @@ void print_check(const std::string& name, const CheckSum& sum) {
   std::printf("%-10s %12llu compared, %9llu failed in %llu seeds, %llu excused, worst %.4g (seed %llu)", name.c_str(),
               big(sum.all.compared), big(sum.all.failed), big(sum.seeds_failed), big(sum.all.excused), sum.all.worst,
               big(sum.worst_seed));
+  if (sum.all.overlapped > 0) std::printf(", %llu of the excused where cells overlap", big(sum.all.overlapped));
   for (std::size_t i = 0; i < sum.all.failed_at.size(); ++i) {
     if (sum.all.failed_at[i] == 0) continue;
     std::printf(", %llu %s", big(sum.all.failed_at[i]), to_text(static_cast<oracle::VoxelPlace>(i)));
@@ -63,10 +65,10 @@ std::string finite(double value) {
 }
 
 std::string finding_json(const HostileFinding& finding) {
-  std::string text = "{\"compared\": " + std::to_string(finding.compared) +
-                     ", \"failed\": " + std::to_string(finding.failed) +
-                     ", \"excused\": " + std::to_string(finding.excused) + ", \"worst\": " + finite(finding.worst) +
-                     ", \"where\": " + quoted(finding.where) + ", \"failed_at\": [";
+  std::string text =
+      "{\"compared\": " + std::to_string(finding.compared) + ", \"failed\": " + std::to_string(finding.failed) +
+      ", \"excused\": " + std::to_string(finding.excused) + ", \"overlapped\": " + std::to_string(finding.overlapped) +
+      ", \"worst\": " + finite(finding.worst) + ", \"where\": " + quoted(finding.where) + ", \"failed_at\": [";
   for (std::size_t i = 0; i < finding.failed_at.size(); ++i) {
     text += (i == 0 ? "" : ", ") + std::to_string(finding.failed_at[i]);
   }

@@ -114,6 +114,10 @@ std::string places_text(const HostileFinding& finding) {
 }
 
 void describe_folds(const SolidSummary& summary, std::string& description) {
+  if (summary.overlaps.cells > 0) {
+    description += ", " + std::to_string(summary.overlaps.cells) + " limit cells overlap others by up to " +
+                   std::to_string(summary.overlaps.depth_mm) + " mm";
+  }
   if (summary.folding_cells + summary.undecided_cells == 0) return;
   description += ", " + std::to_string(summary.folding_cells) + " folding and " +
                  std::to_string(summary.undecided_cells) + " undecided of " + std::to_string(summary.limit_cells) +

@@ -76,8 +76,9 @@ void look_into(const HostileRun& run, const std::vector<Suspect>& suspects, std:
       break;
     }
     const std::optional<VoxelTruth> truth = find_truth(truths, run, suspects[i].at);
-    if (!truth || truth->place == VoxelPlace::kAmbiguous || is_right(suspects[i], *truth, truths)) {
+    if (!truth || is_ambiguous(truth->place) || is_right(suspects[i], *truth, truths)) {
       ++finding.excused;
+      finding.overlapped += truth && truth->place == VoxelPlace::kOverlap;
       continue;
     }
     note_failure(truth, finding);

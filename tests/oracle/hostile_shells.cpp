@@ -98,7 +98,7 @@ double ShellSearch::true_error(const CellPiece& piece, const Vec3& voxel) {
   const Placement& placement = evaluated_.spec.placement;
   const Vec3 point = mesh_of_voxel_ * voxel, world = placement * point;
   const std::optional<VoxelTruth> truth = truths_.find(world);
-  if (!truth || truth->place == VoxelPlace::kAmbiguous || truth->place == VoxelPlace::kNowhere) return 0;
+  if (!truth || is_ambiguous(truth->place) || truth->place == VoxelPlace::kNowhere) return 0;
   if (truth->place == VoxelPlace::kOff) {
     const double off_mm = (placement.linear() * (inverter_.evaluator().geo(truth->at) - point)).norm();
     if (off_mm > evaluated_.spec.outside_mm - kOutsideSlackMm) return 0;

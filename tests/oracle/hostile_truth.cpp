@@ -39,6 +39,7 @@ const char* to_text(VoxelPlace place) {
     case VoxelPlace::kInside: return "inside";
     case VoxelPlace::kOff: return "off the solid";
     case VoxelPlace::kAmbiguous: return "near a fold or overlap";
+    case VoxelPlace::kOverlap: return "where cells overlap";
     default: return "nowhere";
   }
 }
@@ -59,14 +60,22 @@ std::optional<VoxelTruth> TruthFinder::find(const Vec3& world) {
   truth.at = found->at;
   truth.residual_mm = polish(point, truth.at);
   const Vec3 margin = Vec3::Constant(accept_mm_);
-  if (solid_->index().is_ambiguous(Box3(point - margin, point + margin))) {
-    truth.place = VoxelPlace::kAmbiguous;
+  const Box3 around(point - margin, point + margin);
+  if (solid_->index().is_ambiguous(around)) {
+    const bool overlaps = solid_->summary().overlaps.cells > 0 && !may_fold(around);
+    truth.place = overlaps ? VoxelPlace::kOverlap : VoxelPlace::kAmbiguous;
   } else if (truth.residual_mm > accept_mm_) {
     truth.place = VoxelPlace::kOff;
     take_nearest(point, truth);
   }
   truth.values = values_at(truth.at);
   return truth;
+}
+
+bool TruthFinder::may_fold(const Box3& box) const {
+  const CellIndex& index = solid_->index();
+  return std::ranges::any_of(index.fold_cells,
+                             [&](LimitCellId cell) { return index.cell_boxes.box(cell).intersects(box); });
 }
 
 /// Where another place is as near, there is no telling which a voxel takes.

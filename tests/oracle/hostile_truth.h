@@ -25,12 +25,16 @@ enum class VoxelPlace : std::uint8_t {
   kOff,        // Inside the contours, whose tolerance reaches over the solid's boundary.
   kAmbiguous,  // The solid may fold here, or overlap: there may be several parameters.
   kNowhere,    // No parameter was found.
+  kOverlap,    // As kAmbiguous, and no cell near it may fold: cells overlap that don't touch.
 };
-inline constexpr std::size_t kVoxelPlaces = 4;
+inline constexpr std::size_t kVoxelPlaces = 5;
 const char* to_text(VoxelPlace place);
 
 /// Of lengths, the largest first.
 Vec3 scales_of(const Placement& placement);
+
+/// There may be several parameters.
+inline bool is_ambiguous(VoxelPlace place) { return place == VoxelPlace::kAmbiguous || place == VoxelPlace::kOverlap; }
 
 struct VoxelTruth {
   CellParam at;
@@ -58,6 +62,7 @@ class TruthFinder {
  private:
   double polish(const Vec3& point, CellParam& at);
   void take_nearest(const Vec3& point, VoxelTruth& truth);
+  bool may_fold(const Box3& box) const;
   std::uint8_t region_of(LimitCellId cell) const { return solid_->region_of(solid_->control_cell(cell)); }
   std::vector<double> values_at(const CellParam& at);
 

@@ -191,8 +191,10 @@ void compare_tolerance(const HostileRun& run, std::vector<VoxelIndex>& beyond, H
       break;
     }
     const std::optional<VoxelTruth> truth = find_truth(truths, run, suspect.at);
-    if (truth && is_excused(suspect, run, *truth, truths)) {
+    const bool overlaps = truth && truth->place == VoxelPlace::kOverlap;
+    if (overlaps || (truth && is_excused(suspect, run, *truth, truths))) {
       ++finding.excused;
+      finding.overlapped += overlaps;
       continue;
     }
     note_failure(truth, finding);
@@ -211,6 +213,7 @@ void compare_with_truth(const HostileRun& run, std::vector<VoxelIndex> voxels, H
       judge(run, at, *truth, truths, finding);
     } else {
       ++finding.excused;
+      finding.overlapped += truth && truth->place == VoxelPlace::kOverlap;
     }
   }
 }
