@@ -266,8 +266,8 @@ def resolve(revision):
     return found.strip()
 
 
-def _tail(text, lines=20):
-    return "\n".join(text.rstrip().splitlines()[-lines:])
+def _tail(text):
+    return "\n".join(text.rstrip().splitlines()[-20:])
 
 
 def _put(path, text):
@@ -343,12 +343,13 @@ def build_base(revision, benches):
     build = Build(source, folder)
     build.configure()
     programs = {bench: build.program(bench) for bench in benches}
-    if build.compile(benches):
-        return programs
-    for bench in benches:
+    if not build.compile(["ccslice_core"]):
+        build.fail(f"can't build {revision}")
+    for bench in benches if not build.compile(benches) else []:
         if build.compile([bench]):
             continue
         own = git("show", f"{revision}:{BENCH}/{bench}.cpp")
+        print(f"{bench}: the base {'has its own' if own else 'has none'}", file=sys.stderr, flush=True)
         if own is None:
             programs[bench] = None
             continue
@@ -363,8 +364,7 @@ def parse(arguments):
     parser = argparse.ArgumentParser(description=f"{__doc__}\nsuites:\n{suites}",
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--base", metavar="REV",
-                        help="the revision to compare with (default: the last release tag v*, or else what "
-                             f"{BENCH}/baseline names)")
+                        help=f"the revision to compare with (default: the last tag v*, or what {BENCH}/baseline names)")
     parser.add_argument("--suites", default=",".join(SUITES), help="some of them (default: %(default)s)")
     parser.add_argument("--turns", type=int, default=5,
                         help=f"how often each side runs, at least {FEWEST_TURNS} (default: %(default)s)")
