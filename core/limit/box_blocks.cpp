@@ -65,8 +65,9 @@ BoxBlocks::BoxBlocks(std::span<const Box3> boxes, const CancellationToken& cance
   const std::size_t count = (boxes.size() + kBlockBoxes - 1) / kBlockBoxes;
   order_.reserve(count * kBlockBoxes);
   for (const Middle& middle : middles) order_.push_back(middle.box);
+  middles = {};
   order_.resize(count * kBlockBoxes, kMissing);
-  const auto bounds_of = [&](const Box3& box) {
+  const auto rounded = [&](const Box3& box) {
     Bounds bounds;
     for (std::size_t a = 0; a < 3; ++a) {
       const auto axis = static_cast<Eigen::Index>(a);
@@ -86,19 +87,19 @@ BoxBlocks::BoxBlocks(std::span<const Box3> boxes, const CancellationToken& cance
   std::vector<std::uint32_t> order;
   order.reserve(order_.size());
   for (const std::uint32_t block : turns) {
-    blocks_.push_back(bounds_of(hulls[block]));
+    blocks_.push_back(rounded(hulls[block]));
     const auto begin = order_.begin() + static_cast<std::ptrdiff_t>(block * kBlockBoxes);
     order.insert(order.end(), begin, begin + kBlockBoxes);
   }
   order_.swap(order);
-  bounds_.resize(order_.size());
   groups_.resize(order_.size() / kFloatLanes);
   for (std::size_t i = 0; i < order_.size(); ++i) {
-    if (order_[i] != kMissing) bounds_[i] = bounds_of(boxes[order_[i]]);
+    const bool is_missing = order_[i] == kMissing;
+    const Bounds bounds = is_missing ? Bounds{} : rounded(boxes[order_[i]]);
     Group& group = groups_[i / kFloatLanes];
     for (std::size_t a = 0; a < 3; ++a) {
-      group.min[a][i % kFloatLanes] = order_[i] == kMissing ? kNoBound : bounds_[i].min[a];
-      group.max[a][i % kFloatLanes] = order_[i] == kMissing ? kNoBound : bounds_[i].max[a];
+      group.min[a][i % kFloatLanes] = is_missing ? kNoBound : bounds.min[a];
+      group.max[a][i % kFloatLanes] = is_missing ? kNoBound : bounds.max[a];
     }
   }
 }

@@ -58,6 +58,16 @@ class BoxBlocks {
     std::array<FloatLanes, 3> min, max;
   };
 
+  Bounds bounds_of(std::size_t i) const {
+    const Group& group = groups_[i / kFloatLanes];
+    Bounds bounds;
+    for (std::size_t a = 0; a < 3; ++a) {
+      bounds.min[a] = group.min[a][i % kFloatLanes];
+      bounds.max[a] = group.max[a][i % kFloatLanes];
+    }
+    return bounds;
+  }
+
   static bool meet(const Bounds& a, const Bounds& b) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (a.min[axis] > b.max[axis] || b.min[axis] > a.max[axis]) return false;
@@ -80,7 +90,7 @@ class BoxBlocks {
   /// Those of a block that come after box i.
   template <typename Visit>
   bool visit_box(std::size_t i, std::uint32_t block, Visit visit) const {
-    const Bounds own = bounds_[i];
+    const Bounds own = bounds_of(i);
     for (std::size_t first = block * kBlockBoxes; first < (block + 1) * kBlockBoxes; first += kFloatLanes) {
       unsigned left = meeting(groups_[first / kFloatLanes], own);
       if (first <= i) left &= i - first < kFloatLanes ? ~1u << (i - first) : 0;  // Of the same block.
@@ -101,9 +111,8 @@ class BoxBlocks {
   static constexpr std::uint32_t kMissing = ~std::uint32_t{0};
 
   std::vector<std::uint32_t> order_;  // The boxes, block by block; kMissing at the end of one.
-  std::vector<Bounds> bounds_;        // In that order, about the middle of all, rounded outwards.
-  std::vector<Group> groups_;
-  std::vector<Bounds> blocks_;  // By where they begin along x.
+  std::vector<Group> groups_;         // In that order, about the middle of all, rounded outwards.
+  std::vector<Bounds> blocks_;        // By where they begin along x.
 };
 
 }  // namespace ccslice

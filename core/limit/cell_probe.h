@@ -7,6 +7,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -28,7 +29,8 @@ struct PlaceInCell {
 class CellProbe {
  public:
   /// REQUIRES: the solid outlives this.
-  explicit CellProbe(const LimitSolid& solid) : solid_(solid), evaluator_(solid), acceptance_(solid, kAcceptMm) {}
+  explicit CellProbe(const LimitSolid& solid)
+      : solid_(solid), evaluator_(solid, kPatchCacheBytes), acceptance_(solid, kAcceptMm) {}
 
   LimitEvaluator& evaluator() noexcept { return evaluator_; }
   /// Points looked for in cells so far, by Newton's method: a microsecond or two each.
@@ -38,6 +40,7 @@ class CellProbe {
 
  private:
   static constexpr double kAcceptMm = 1e-6;
+  static constexpr std::size_t kPatchCacheBytes = 1 << 16;  // A few cells: preparing has no room for more.
 
   const LimitSolid& solid_;
   LimitEvaluator evaluator_;

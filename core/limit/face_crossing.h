@@ -55,11 +55,11 @@ class FaceCrossing {
       return pieces;
     }
 
-    static constexpr std::uint32_t kMostPieces = 1024;  // 1 MB.
+    static constexpr std::uint32_t kMostPieces = 256;  // 0.2 MB.
     SurfacePieces pieces;
     BoundaryFaceId face{kNone};
   };
-  static constexpr std::size_t kKept = 64;
+  static constexpr std::size_t kKept = 16;
 
   void keep(const SurfacePieces& of_a, std::uint32_t a, const SurfacePieces& of_b, std::uint32_t b);
   void quarter_larger_ones(SurfacePieces& of_a, SurfacePieces& of_b);

@@ -62,9 +62,9 @@ struct FacePair {
 
 /// The hull of a face reaches far beside it, the box of its cell far below it. What they have in common is close to a
 /// face that lies along an axis, and for others the box of a patch isn't long to make.
-Box3 box_around(const BoundarySurface& surface, BoundaryFaceId face, const Box3& of_cell) {
+Box3 box_around(const LimitSolid::Data& data, const BoundarySurface& surface, BoundaryFaceId face) {
   constexpr double kFlat = 0.2;
-  const Box3 box = surface.hull_box(face).intersection(of_cell);
+  const Box3 box = surface.hull_box(face).intersection(data.cell_boxes.box(surface.faces()[face].cell));
   const Vec3 extent = box.sizes();
   if (!surface.faces()[face].regular || extent.minCoeff() < kFlat * extent.maxCoeff()) return box;
   LaneBox close;
@@ -73,12 +73,20 @@ Box3 box_around(const BoundarySurface& surface, BoundaryFaceId face, const Box3&
   return close.box();
 }
 
+BoxBlocks blocks_of_faces(const LimitSolid::Data& data, const BoundarySurface& surface,
+                          const CancellationToken& cancel) {
+  std::vector<Box3> boxes;
+  boxes.reserve(surface.faces().size());
+  for (const BoundaryFaceId face : surface.face_ids()) boxes.push_back(box_around(data, surface, face));
+  return {boxes, cancel};
+}
+
 /// Pairs of faces of cells that don't touch, whose own boxes may cross. One thread.
 class NearFaces {
  public:
-  /// By face: a box around it, and the corners of its control cell.
-  NearFaces(const BoundarySurface& surface, std::span<const Box3> hulls, std::span<const CornerLanes> corners)
-      : surface_(surface), pieces_(surface), hulls_(hulls), corners_(corners), slots_(corners.size(), kNone) {}
+  /// `corners`: by face, of its control cell.
+  NearFaces(const LimitSolid::Data& data, const BoundarySurface& surface, std::span<const CornerLanes> corners)
+      : data_(data), surface_(surface), pieces_(surface), corners_(corners), slots_(corners.size(), kNone) {}
 
   /// Appends those of a range of blocks. False if there are too many.
   [[nodiscard]] bool append(const BoxBlocks& blocks, IdRange<BlockId> range, std::vector<FacePair>& found) {
@@ -116,7 +124,7 @@ class NearFaces {
     if (slots_[face] == kNone) {
       slots_[face] = static_cast<std::uint32_t>(boxes_.size());
       const bool is_regular = surface_.faces()[face].regular;
-      boxes_.push_back({is_regular ? pieces_.box_of(face) : SlantedBox{hulls_[face]}, is_regular});
+      boxes_.push_back({is_regular ? pieces_.box_of(face) : SlantedBox{box_around(data_, surface_, face)}, is_regular});
       boxed_.push_back(face);
     }
     return slots_[face];
@@ -130,9 +138,9 @@ class NearFaces {
     return true;
   }
 
+  const LimitSolid::Data& data_;
   const BoundarySurface& surface_;
   SurfacePieces pieces_;
-  std::span<const Box3> hulls_;
   std::span<const CornerLanes> corners_;
   std::vector<std::uint32_t> slots_;  // By face, of boxes_; kNone.
   std::vector<BoundaryFaceId> boxed_;
@@ -225,22 +233,18 @@ class OverlapFinder {
 
 std::vector<FacePair> OverlapFinder::near_faces() {
   const BoundarySurface surface(solid_);
-  std::vector<Box3> boxes;
+  const BoxBlocks blocks = blocks_of_faces(data_, surface, options_.cancel);
   std::vector<CornerLanes> corners;
-  boxes.reserve(surface.faces().size());
   corners.reserve(surface.faces().size());
-  for (const BoundaryFaceId face : surface.face_ids()) {
-    const LimitCellId cell = surface.faces()[face].cell;
-    boxes.push_back(box_around(surface, face, data_.cell_boxes.box(cell)));
-    corners.push_back(corner_lanes(data_.corners(data_.cells[cell].control_cell)));
+  for (const BoundaryFace& face : surface.faces()) {
+    corners.push_back(corner_lanes(data_.corners(data_.cells[face.cell].control_cell)));
   }
-  const BoxBlocks blocks(boxes, options_.cancel);
   const std::uint32_t per_range = ids_per_range_of(blocks.size(), kLeastBlocks, kMostBlocks);
   std::vector<std::vector<FacePair>> found(range_count(blocks.size(), per_range));
   std::vector<std::uint8_t> complete(found.size());
   for_each_range(
       IdRange<BlockId>(blocks.size()), options_.threads, per_range,
-      [&] { return std::make_unique<NearFaces>(surface, boxes, corners); },
+      [&] { return std::make_unique<NearFaces>(data_, surface, corners); },
       [&](std::unique_ptr<NearFaces>& near, const auto& range) {
         options_.cancel.throw_if_cancelled();
         complete[range.number] = near->append(blocks, range.ids, found[range.number]);
@@ -248,7 +252,7 @@ std::vector<FacePair> OverlapFinder::near_faces() {
   std::vector<FacePair> pairs;
   for (const std::vector<FacePair>& of_range : found) pairs.insert(pairs.end(), of_range.begin(), of_range.end());
   complete_ = std::ranges::find(complete, 0) == complete.end();
-  const std::size_t most = kPairsAtLeast + kPairsPerFace * boxes.size();
+  const std::size_t most = kPairsAtLeast + kPairsPerFace * corners.size();
   if (pairs.size() > most) pairs.resize(most), complete_ = false;
   std::ranges::sort(pairs);
   return pairs;

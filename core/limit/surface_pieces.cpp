@@ -135,7 +135,7 @@ void SurfacePieces::append_split() {
 }
 
 void SurfacePieces::start(BoundaryFaceId face) {
-  constexpr std::size_t kUsual = 16;  // Pieces.
+  constexpr std::size_t kUsual = 8;  // Pieces.
   pieces_.clear(), quarters_.clear();
   pieces_.reserve(kUsual);
   if (surface_.faces()[face].regular) {
