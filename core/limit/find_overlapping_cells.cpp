@@ -363,11 +363,16 @@ std::vector<Box3> OverlapFinder::boxes_of_own_parts() const {
 }  // namespace
 
 void find_overlapping_cells(const LimitSolid& solid, const PrepareOptions& options, LimitSolid::Data& data) {
-  OverlapFinder finder(solid, options);
-  finder.run();
-  data.summary.overlaps = finder.summarize();
-  std::vector<Box3> boxes = finder.boxes_of_own_parts();
+  std::vector<Box3> boxes;
+  {
+    OverlapFinder finder(solid, options);
+    finder.run();
+    data.summary.overlaps = finder.summarize();
+    boxes = finder.boxes_of_own_parts();
+  }
   if (boxes.empty()) return;
+  data.fold_boxes = {};  // There is no room for two of them where all cells fold.
+  boxes.reserve(boxes.size() + data.fold_cells.size());
   for (const LimitCellId cell : data.fold_cells) boxes.push_back(data.cell_boxes.box(cell));
   data.fold_boxes = BoxTree(boxes, options.cancel);
 }
