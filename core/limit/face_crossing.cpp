@@ -4,6 +4,7 @@
 #include "core/limit/face_crossing.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace ccslice {
 
@@ -31,9 +32,13 @@ void FaceCrossing::quarter_larger_ones(SurfacePieces& of_a, SurfacePieces& of_b)
   }
 }
 
-/// Of the pieces `used_`.
+/// Of the pieces `used_`. They are looked at by place: their numbers depend on what was quartered before.
 std::optional<FaceReach> FaceCrossing::reach_of(const SurfacePieces& pieces, LimitCellId cell, LimitCellId other) {
-  std::ranges::sort(used_);
+  const auto place_of = [&](std::uint32_t piece) {
+    const Vec3 &low = pieces[piece].corners[0], &high = pieces[piece].corners[2];
+    return std::tuple(low.x(), low.y(), low.z(), high.x(), high.y(), high.z(), piece);
+  };
+  std::ranges::sort(used_, {}, place_of);
   used_.erase(std::unique(used_.begin(), used_.end()), used_.end());
   for (const std::uint32_t piece : used_) {
     for (const Vec3& corner : pieces[piece].corners) {
