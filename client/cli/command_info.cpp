@@ -55,9 +55,8 @@ struct FileFacts {
 };
 
 constexpr const char* kLeftOut =
-    "size and volume of the limit, which is what gets printed, cells that overlap, and the memory that a server takes "
-    "to "
-    "prepare the mesh: --full prepares it here and says them";
+    "size and volume of the limit, which is what gets printed, cells that overlap, and the memory that a server "
+    "takes to prepare the mesh: --full prepares it here and says them";
 
 LimitFacts limit_of(const ControlMesh& mesh, bool quiet) {
   LimitFacts facts;
@@ -252,8 +251,7 @@ Command add_info(CLI::App& parent, CommonOptions& common) {
   app->add_flag("--full", options->full,
                 "Prepare the mesh of a file as a server does, which takes as long, and say the size and the volume of "
                 "its limit, which is what gets printed, how far it is from the mesh, cells that overlap without "
-                "touching, and the "
-                "memory that this takes");
+                "touching, and the memory that this takes");
   add_server_options(*app, common);
   app->footer(
       "Examples:\n  ccslice info                    the server\n"

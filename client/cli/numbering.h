@@ -22,7 +22,7 @@ client::ClientError renumbered(const client::ClientError& error, const FileNumbe
 /// doesn't name are added to that.
 v1::PlanSlicesResponse renumbered(v1::PlanSlicesResponse plan, const FileNumbers& numbers);
 
-/// What describe() says of a plan, of a mesh, of its overlaps or of how far its limit is off, in the file's numbers.
+/// The texts of describe() in the file's numbers.
 std::string describe(v1::PlanSlicesResponse plan, const FileNumbers& numbers);
 std::string describe(const v1::MeshSummary& mesh, const FileNumbers& numbers);
 std::string describe(const v1::Overlaps& overlaps, const FileNumbers& numbers);

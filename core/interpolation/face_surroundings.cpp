@@ -128,8 +128,8 @@ double FaceSurroundings::least_thickness_mm(LimitCellId touching) const {
   return region(touching) == region(*cell_) ? thickness_of(solid_->index().cell_maps[touching]) : 0;
 }
 
-/// As meshed a channel has other slopes in the next cell. In the shell that was found last that may come to more than
-/// the piece's error leaves.
+/// A channel has other slopes in the next cell, as meshed: they may take it farther, in the shell that was found last,
+/// than the piece's error leaves.
 bool FaceSurroundings::may_kink(const Piece& piece) {
   double depth_mm = 0;
   for (const BlockShell::Quad& quad : shell_.quads()) {
@@ -154,20 +154,19 @@ double FaceSurroundings::reach_as_meshed(const Piece& piece, double columns) {
 }
 
 /// How fast a channel may get off beside the piece, as a share of its tolerance, where cells beyond it meet the box (mm
-/// of the mesh): between the steepest slopes that it has anywhere in the piece and in them.
+/// of the mesh): between the steepest slopes that it has anywhere in the piece and in them. Infinite where nothing is
+/// known of these.
 double FaceSurroundings::kink_per_mm(const Piece& piece, const Box3& box) {
   const double voxels_per_mm = voxel_of_mesh_.linear().norm();
-  std::vector<double> own;
-  for (const CubicPolynomial& polynomial : piece.polynomials) {
-    own.push_back(bound_of_slopes(polynomial, 1).cwiseProduct(piece.frame.scale).norm() * voxels_per_mm);
-  }
   double kink = 0;
-  for (Touching& touching : touching_) {
-    if (!solid_->index().cell_boxes.box(touching.cell).intersects(box)) continue;
-    if (touching.thickness_mm == 0) return std::numeric_limits<double>::infinity();
-    const std::vector<double>& slopes = slopes_per_mm(touching);
-    for (std::size_t c = 0; c < channels_.size(); ++c) {
-      kink = std::max(kink, (own[c] + slopes[c]) / channels_[c].tolerance);
+  for (std::size_t c = 0; c < channels_.size(); ++c) {
+    const double own = bound_of_slopes(piece.polynomials[c], 1).cwiseProduct(piece.frame.scale).norm() * voxels_per_mm;
+    for (Touching& touching : touching_) {
+      if (!solid_->index().cell_boxes.box(touching.cell).intersects(box)) continue;
+      if (touching.thickness_mm == 0) return std::numeric_limits<double>::infinity();
+      const double slopes = own + slopes_per_mm(touching)[c];
+      if (!std::isfinite(slopes)) return std::numeric_limits<double>::infinity();
+      kink = std::max(kink, slopes / channels_[c].tolerance);
     }
   }
   return kink;

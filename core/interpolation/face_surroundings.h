@@ -70,8 +70,8 @@ class FaceSurroundings {
   /// Its triangles reach beyond the side at an edge of the cell on the boundary. There may be nothing there, and voxels
   /// off the solid are to have what the boundary has. REQUIRES: as may_differ().
   bool reaches_into_air(const Piece& piece, std::size_t side);
-  /// So many columns the piece may be followed as meshed, where slopes jump between cells, if its polynomials hold for
-  /// so many.
+  /// How many columns the piece may be followed as meshed, where slopes jump between cells. `columns`: for how many its
+  /// polynomials hold.
   double reach_as_meshed(const Piece& piece, double columns);
 
  private:

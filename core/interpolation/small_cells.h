@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Which cells are too small, in voxels, for pieces of their own: they are left to tiles (interpolation/tile_tree.h).
-// Where fits across cells fail only beside irregular lines, regular cells may be larger than irregular ones.
+// Regular cells may be larger than irregular ones, if fits across cells fail beside irregular lines only.
 
 #pragma once
 

@@ -32,7 +32,7 @@ void FaceCrossing::quarter_larger_ones(SurfacePieces& of_a, SurfacePieces& of_b)
   }
 }
 
-/// Of the pieces `used_`. They are looked at by place: their numbers depend on what was quartered before.
+/// The pieces are those in `used_`. They are looked at by place: their numbers depend on what was quartered before.
 std::optional<FaceReach> FaceCrossing::reach_of(const SurfacePieces& pieces, LimitCellId cell, LimitCellId other) {
   const auto place_of = [&](std::uint32_t piece) {
     const Vec3 &low = pieces[piece].corners[0], &high = pieces[piece].corners[2];

@@ -10,6 +10,8 @@
 #include <limits>
 #include <vector>
 
+#include "core/limit/halve_patch_net.h"
+
 namespace ccslice {
 
 namespace {
@@ -32,17 +34,6 @@ double curvature(const Heights& h, std::size_t stride) {
     }
   }
   return most;
-}
-
-/// De Casteljau at 1/2 along one direction.
-void halve(const Heights& h, std::size_t stride, Heights& low, Heights& high) {
-  for (std::size_t line = 0; line < 4; ++line) {
-    const std::size_t p = line * (stride == 1 ? 4 : 1), q = p + stride, r = q + stride, s = r + stride;
-    const double pq = (h[p] + h[q]) / 2, qr = (h[q] + h[r]) / 2, rs = (h[r] + h[s]) / 2;
-    const double pqr = (pq + qr) / 2, qrs = (qr + rs) / 2;
-    low[p] = h[p], low[q] = pq, low[r] = pqr, low[s] = high[p] = (pqr + qrs) / 2;
-    high[q] = qrs, high[r] = rs, high[s] = h[s];
-  }
 }
 
 struct BoundedFace {
@@ -98,7 +89,7 @@ class Search {
     if (largest(heights) <= best_ + tolerance_ || depth == kMaxDepth) return;
     const std::size_t stride = curvature(heights, 1) >= curvature(heights, 4) ? 1 : 4;
     Heights low, high;
-    halve(heights, stride, low, high);
+    halve_patch_net(heights, stride, low, high);
     const bool low_first = largest(low) >= largest(high);
     search(low_first ? low : high, depth + 1);
     search(low_first ? high : low, depth + 1);

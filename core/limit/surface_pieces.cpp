@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/limit/halve_patch_net.h"
 #include "core/limit/lane_box.h"
 #include "core/subdivision/operator_table.h"
 
@@ -13,8 +14,8 @@ namespace ccslice {
 
 namespace {
 
-constexpr int kBoxLevels =
-    3;  // Of patches in the box of an irregular face: what is left of it has a hull that reaches far.
+// The box of an irregular face holds the patches of so many levels. The hull of what is left reaches far.
+constexpr int kBoxLevels = 3;
 
 using SurfaceNet = std::array<PaddedPoint, 16>;
 
@@ -22,18 +23,6 @@ Vec3 point_of(const PaddedPoint& p) { return p.head<3>(); }
 
 std::array<Vec3, 4> corners_of(const SurfaceNet& net) {
   return {point_of(net[0]), point_of(net[3]), point_of(net[15]), point_of(net[12])};
-}
-
-/// De Casteljau's algorithm in the middle, along curves of four points `stride` apart.
-void halve(const SurfaceNet& net, std::size_t stride, SurfaceNet& low, SurfaceNet& high) {
-  for (std::size_t curve = 0; curve < 4; ++curve) {
-    const std::size_t at = curve * (stride == 1 ? 4 : 1);
-    const PaddedPoint &a = net[at], &b = net[at + stride], &c = net[at + 2 * stride], &d = net[at + 3 * stride];
-    const PaddedPoint ab = 0.5 * (a + b), bc = 0.5 * (b + c), cd = 0.5 * (c + d);
-    const PaddedPoint abc = 0.5 * (ab + bc), bcd = 0.5 * (bc + cd), middle = 0.5 * (abc + bcd);
-    low[at] = a, low[at + stride] = ab, low[at + 2 * stride] = abc, low[at + 3 * stride] = middle;
-    high[at] = middle, high[at + stride] = bcd, high[at + 2 * stride] = cd, high[at + 3 * stride] = d;
-  }
 }
 
 /// `b`, seen along the axes of `a`: beside it, or beyond it on the outer side or deep on the inner one.
@@ -154,9 +143,9 @@ std::uint32_t SurfacePieces::quarters(std::uint32_t piece) {
     append_split();
   } else {
     SurfaceNet low, high, first, second;
-    halve(pieces_[piece].net, 4, low, high);
+    halve_patch_net(pieces_[piece].net, 4, low, high);
     for (const SurfaceNet* half : {&low, &high}) {
-      halve(*half, 1, first, second);
+      halve_patch_net(*half, 1, first, second);
       append(first);
       append(second);
     }

@@ -54,9 +54,9 @@ constexpr double kFiner = 1.25, kVoxelsOfTile = 128;
 constexpr double kRunBytes = sizeof(ScannedRun) + sizeof(PieceRun) + sizeof(VoxelRun);  // Scanned, painted, unpainted.
 
 /// What there is in a layer, or in a slab: the largest sum over intervals that overlap.
-class Overlaps {
+class IntervalSums {
  public:
-  explicit Overlaps(std::size_t places) : changes_(places + 1) {}
+  explicit IntervalSums(std::size_t places) : changes_(places + 1) {}
 
   /// `amount` at the places [low, high] that there are.
   void add(double low, double high, double amount) {
@@ -113,7 +113,7 @@ Boundary boundary_of(const LimitSolid& solid, const SliceJob& job, const LayerSc
   const Placement voxel_of = voxel_of_mesh(job.placement, job.grid);
   const VoxelRegion region = region_of(job);
   double nodes = 0;
-  Overlaps cut(region.extent.layers), points(region.extent.layers), rows(region.extent.layers);
+  IntervalSums cut(region.extent.layers), points(region.extent.layers), rows(region.extent.layers);
   PeriodicPoll poll(cancel);
   const IdRange<BoundaryFaceId> faces(surface.faces_and_interfaces().size());
   const double scale = job.placement.linear().norm();
@@ -200,7 +200,7 @@ Cells cells_of(const std::shared_ptr<const LimitSolid>& shared_solid, const Slic
   const SmallCells small(shared_solid, voxel_of.inverse(Eigen::Affine), do_tiles_fit(shared_solid, spec, nullptr));
   const double voxels_of_mm3 = std::abs(voxel_of.linear().determinant());
   const std::size_t slabs = job.grid.extent.layers / kSlabLayers + 1;
-  Overlaps pieces(slabs), runs(slabs), tile_voxels(slabs);
+  IntervalSums pieces(slabs), runs(slabs), tile_voxels(slabs);
   std::array<std::vector<std::pair<LimitCellId, Box3>>, 2> cut;  // Regular cells, others.
   PeriodicPoll poll(cancel);
   for (const LimitCellId cell : solid.cells()) {
