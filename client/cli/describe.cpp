@@ -89,7 +89,11 @@ std::string describe(const v1::CellRegion& region) {
 }
 
 std::string describe(const v1::Overlaps& overlaps) {
-  if (overlaps.limit_cells() == 0) return "";
+  if (overlaps.limit_cells() == 0) {
+    return overlaps.more()
+               ? "\n  overlaps   none found, but so many faces are close to others that not all were looked at"
+               : "";
+  }
   constexpr int kMost = 3;
   std::string text = std::string("\n  overlaps   ") + (overlaps.more() ? "at least " : "") +
                      show_count(overlaps.limit_cells()) +

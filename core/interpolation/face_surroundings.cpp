@@ -29,6 +29,7 @@ constexpr double kDeeper = 1.4;  // Shells may be so much deeper than at the pla
 // than 0.35 of it was seen, at vertices of three edges.
 constexpr double kThinnestPatch = 1.0 / 3;
 constexpr int kMostQuarterings = 2;        // Of a shell's quadrilaterals.
+constexpr double kLeastReach = 0.25;       // Columns. A piece isn't followed less far.
 constexpr double kOffCell = 1e-6;          // mm. Points that far off a cell aren't in it.
 constexpr double kRoundingOfGuess = 1e-6;  // In parameters.
 
@@ -139,18 +140,33 @@ bool FaceSurroundings::may_kink(const Piece& piece) {
 }
 
 double FaceSurroundings::reach_as_meshed(const Piece& piece, double columns) {
-  if (columns == 0) return 0;
   collect(piece.cell);
   const Vec3 column_mm = mesh_of_voxel_.linear().col(0);
-  Box3 box;
-  for (const Vec3& point : piece.points) {
-    const Vec3 place = mesh_of_voxel_ * point;
-    box.extend(place - columns * column_mm);
-    box.extend(place + columns * column_mm);
+  for (; columns >= kLeastReach; columns /= 2) {
+    Box3 box;
+    for (const Vec3& point : piece.points) {
+      const Vec3 place = mesh_of_voxel_ * point;
+      box.extend(place - columns * column_mm);
+      box.extend(place + columns * column_mm);
+    }
+    if (!goes_on_in(box)) continue;
+    // The piece's own error grows to 1 over all of the columns, the more slowly the nearer: no faster than evenly.
+    const double left = 1 - piece.error;
+    return left / (left / columns + kink_per_mm(piece, box) * column_mm.norm());
   }
-  // The piece's own error grows to 1 over all of the columns, the more slowly the nearer: no faster than evenly.
-  const double left = 1 - piece.error;
-  return left / (left / columns + kink_per_mm(piece, box) * column_mm.norm());
+  return 0;
+}
+
+/// All cells that meet the box (mm of the mesh) touch the one at hand, and none across a gap: the slopes in these cells
+/// bound how far a channel gets.
+bool FaceSurroundings::goes_on_in(const Box3& box) {
+  const CellIndex& index = solid_->index();
+  return !index.cell_boxes.any_meeting(box, [&](std::uint32_t met) {
+    const LimitCellId other{met};
+    if (other == cell_) return false;
+    const auto touching = std::ranges::find(touching_, other, &Touching::cell);
+    return touching == touching_.end() || is_across_a_gap(*touching);
+  });
 }
 
 /// How fast a channel may get off beside the piece, as a share of its tolerance, where cells beyond it meet the box (mm

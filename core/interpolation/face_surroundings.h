@@ -70,8 +70,8 @@ class FaceSurroundings {
   /// Its triangles reach beyond the side at an edge of the cell on the boundary. There may be nothing there, and voxels
   /// off the solid are to have what the boundary has. REQUIRES: as may_differ().
   bool reaches_into_air(const Piece& piece, std::size_t side);
-  /// How many columns the piece may be followed as meshed, where slopes jump between cells. `columns`: for how many its
-  /// polynomials hold.
+  /// How many columns the piece may be followed as meshed, where slopes jump between cells: no farther than into those
+  /// that touch its own. `columns`: for how many its polynomials hold.
   double reach_as_meshed(const Piece& piece, double columns);
 
  private:
@@ -88,6 +88,7 @@ class FaceSurroundings {
   double least_thickness_mm(LimitCellId touching) const;
   bool may_jump_in_patches(const Piece& piece) const;
   bool may_kink(const Piece& piece);
+  bool goes_on_in(const Box3& box);
   double kink_per_mm(const Piece& piece, const Box3& box);
   const std::vector<double>& slopes_per_mm(Touching& touching);
   bool find_across_gaps(const Piece& piece, std::size_t side);

@@ -34,7 +34,7 @@ bool do_tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const Interpol
     const auto count = static_cast<std::uint64_t>(std::max(voxels, kFewestVoxels));
     return fitter.fit(fitter.particles().enter(box, count, {}), box, count) == TileFitter::Outcome::kFits;
   };
-  // Cells count by their volumes: it is voxels that are to be painted.
+  // The cells' volume is cut into fifths, in their order: the cell in the middle of each is tried.
   const auto most_fit = [&](bool at_boundary) {
     const auto volume_of = [&](LimitCellId cell) {
       const bool meant = small.contain(cell) && (solid->boundary_sides(cell) != 0) == at_boundary;
@@ -44,8 +44,9 @@ bool do_tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const Interpol
     for (const LimitCellId cell : solid->cells()) whole += volume_of(cell);
     std::uint32_t tried = 0, fits = 0;
     for (const LimitCellId cell : solid->cells()) {
-      so_far += volume_of(cell);
-      if (!(so_far * kTrials > whole * (tried + 0.5))) continue;
+      const double volume = volume_of(cell);
+      so_far += volume;
+      if (!(volume > 0 && so_far * kTrials > whole * (tried + 0.5))) continue;
       ++tried;
       fits += fits_around(cell);
       if (tried == kTrials) break;

@@ -13,10 +13,12 @@ namespace ccslice {
 
 std::optional<PlaceInCell> CellProbe::find(LimitCellId cell, const Vec3& point) noexcept {
   constexpr double kFromFaces = 0.02;
+  constexpr std::uint64_t kBoxesOfAPoint = 32;
+  ++work_;
   const CellMap map = solid_.index().cell_maps[cell];
   const Vec3 guess = map(point);
   if (!map.may_hold(guess, 0)) return std::nullopt;
-  ++work_;
+  work_ += kBoxesOfAPoint;
   const Vec3 start = guess.cwiseMax(kFromFaces).cwiseMin(1 - kFromFaces);
   const NewtonResult found = newton_in_cell(evaluator_, cell, start, point, acceptance_);
   if (!found.accepted) return std::nullopt;

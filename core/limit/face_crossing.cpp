@@ -4,14 +4,15 @@
 #include "core/limit/face_crossing.h"
 
 #include <algorithm>
-#include <tuple>
 
 namespace ccslice {
 
 namespace {
 
-constexpr int kMostRounds = 8;
-constexpr std::size_t kMostPairs = 64;  // To be quartered: surfaces that touch have ever more.
+constexpr int kFirstRounds = 8;
+constexpr std::size_t kManyPairs = 64;  // More than surfaces leave that cross along a curve.
+constexpr int kMoreRounds = 8;
+constexpr std::size_t kMostPairs = 2048;  // To be quartered.
 
 double size2(const SurfacePiece& piece) { return piece.box.box.diagonal().squaredNorm(); }
 
@@ -32,38 +33,49 @@ void FaceCrossing::quarter_larger_ones(SurfacePieces& of_a, SurfacePieces& of_b)
   }
 }
 
-/// The pieces are those in `used_`. They are looked at by place: their numbers depend on what was quartered before.
-std::optional<FaceReach> FaceCrossing::reach_of(const SurfacePieces& pieces, LimitCellId cell, LimitCellId other) {
-  const auto place_of = [&](std::uint32_t piece) {
-    const Vec3 &low = pieces[piece].corners[0], &high = pieces[piece].corners[2];
-    return std::tuple(low.x(), low.y(), low.z(), high.x(), high.y(), high.z(), piece);
-  };
-  std::ranges::sort(used_, {}, place_of);
-  used_.erase(std::unique(used_.begin(), used_.end()), used_.end());
-  for (const std::uint32_t piece : used_) {
-    for (const Vec3& corner : pieces[piece].corners) {
-      if (const auto in = probe_.find(other, corner)) return FaceReach{cell, other, corner, in->depth_mm};
-    }
+/// By place: the numbers of pieces depend on what was quartered before.
+std::optional<FaceReach> FaceCrossing::reach_of_corners(LimitCellId cell, LimitCellId other) {
+  std::ranges::sort(corners_);
+  corners_.erase(std::unique(corners_.begin(), corners_.end()), corners_.end());
+  for (const std::array<double, 3>& corner : corners_) {
+    const Vec3 position(corner[0], corner[1], corner[2]);
+    if (const auto in = probe_.find(other, position)) return FaceReach{cell, other, position, in->depth_mm};
   }
   return std::nullopt;
 }
 
-std::optional<FaceReach> FaceCrossing::find(BoundaryFaceId a, BoundaryFaceId b) {
-  SurfacePieces& of_a = of_a_.of(a);
-  SurfacePieces& of_b = kept_[b % kKept].of(b);
+std::optional<FaceReach> FaceCrossing::reach_of_pairs(const SurfacePieces& of_a, LimitCellId cell_a,
+                                                      const SurfacePieces& of_b, LimitCellId cell_b) {
+  const auto add_corners = [this](const SurfacePiece& piece) {
+    for (const Vec3& corner : piece.corners) corners_.push_back({corner.x(), corner.y(), corner.z()});
+  };
+  corners_.clear();
+  for (const auto& [a, b] : pairs_) add_corners(of_a[a]);
+  if (const auto found = reach_of_corners(cell_a, cell_b)) return found;
+  corners_.clear();
+  for (const auto& [a, b] : pairs_) add_corners(of_b[b]);
+  return reach_of_corners(cell_b, cell_a);
+}
+
+std::optional<FaceReach> FaceCrossing::find(SurfacePieces& of_a, LimitCellId cell_a, SurfacePieces& of_b,
+                                            LimitCellId cell_b) {
   pairs_.clear();
   for (std::uint32_t i = 0; i < of_a.roots(); ++i) {
     for (std::uint32_t j = 0; j < of_b.roots(); ++j) keep(of_a, i, of_b, j);
   }
-  for (int round = 0; round < kMostRounds && pairs_.size() <= kMostPairs; ++round) quarter_larger_ones(of_a, of_b);
-  if (pairs_.empty()) return std::nullopt;
-  const LimitCellId cell_a = surface_.faces()[a].cell, cell_b = surface_.faces()[b].cell;
-  used_.clear();
-  for (const Pair& pair : pairs_) used_.push_back(pair.first);
-  if (const auto found = reach_of(of_a, cell_a, cell_b)) return found;
-  used_.clear();
-  for (const Pair& pair : pairs_) used_.push_back(pair.second);
-  return reach_of(of_b, cell_b, cell_a);
+  for (int round = 0; round < kFirstRounds && pairs_.size() <= kManyPairs; ++round) quarter_larger_ones(of_a, of_b);
+  if (const auto found = reach_of_pairs(of_a, cell_a, of_b, cell_b)) return found;
+  if (pairs_.size() <= kManyPairs) return std::nullopt;
+  for (int round = 0; round < kMoreRounds && pairs_.size() <= kMostPairs; ++round) quarter_larger_ones(of_a, of_b);
+  return reach_of_pairs(of_a, cell_a, of_b, cell_b);
+}
+
+std::optional<FaceReach> FaceCrossing::find(BoundaryFaceId a, BoundaryFaceId b) {
+  KeptPieces& kept = kept_[b % kKept];
+  const auto found = find(of_a_.of(a), surface_.faces()[a].cell, kept.of(b), surface_.faces()[b].cell);
+  of_a_.forget_many();
+  kept.forget_many();
+  return found;
 }
 
 }  // namespace ccslice

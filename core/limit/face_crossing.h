@@ -2,13 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Whether one of two boundary faces reaches into the cell of the other one. Two pieces of surface whose boxes can't
-// cross are done with; of two others the larger one is quartered. The corners of those that are left at last are looked
-// for in the other face's cell.
+// cross are done with; of two others the larger one is quartered. Where many are left, and at last, their corners are
+// looked for in the other face's cell. Faces in contact leave many and reach nowhere: their pieces are quartered until
+// they are flat enough to be told apart.
 //
 // Private to core/limit.
 
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -51,8 +53,11 @@ class FaceCrossing {
     explicit KeptPieces(const BoundarySurface& surface) : pieces(surface) {}
 
     SurfacePieces& of(BoundaryFaceId wanted) {
-      if (face != wanted || pieces.size() > kMostPieces) pieces.start(face = wanted);
+      if (face != wanted) pieces.start(face = wanted);
       return pieces;
+    }
+    void forget_many() {
+      if (pieces.size() > kMostPieces) pieces.clear(), face = BoundaryFaceId{kNone};
     }
 
     static constexpr std::uint32_t kMostPieces = 256;  // 0.2 MB.
@@ -63,14 +68,17 @@ class FaceCrossing {
 
   void keep(const SurfacePieces& of_a, std::uint32_t a, const SurfacePieces& of_b, std::uint32_t b);
   void quarter_larger_ones(SurfacePieces& of_a, SurfacePieces& of_b);
-  std::optional<FaceReach> reach_of(const SurfacePieces& pieces, LimitCellId cell, LimitCellId other);
+  std::optional<FaceReach> find(SurfacePieces& of_a, LimitCellId cell_a, SurfacePieces& of_b, LimitCellId cell_b);
+  std::optional<FaceReach> reach_of_pairs(const SurfacePieces& of_a, LimitCellId cell_a, const SurfacePieces& of_b,
+                                          LimitCellId cell_b);
+  std::optional<FaceReach> reach_of_corners(LimitCellId cell, LimitCellId other);
 
   const BoundarySurface& surface_;
   CellProbe& probe_;
   KeptPieces of_a_;
-  std::vector<KeptPieces> kept_;          // Of faces b, by number modulo kKept.
-  std::vector<Pair> pairs_, last_pairs_;  // That may cross.
-  std::vector<std::uint32_t> used_;       // Pieces of one face.
+  std::vector<KeptPieces> kept_;                // Of faces b, by number modulo kKept.
+  std::vector<Pair> pairs_, last_pairs_;        // That may cross.
+  std::vector<std::array<double, 3>> corners_;  // Of pieces of one face.
   std::uint64_t work_ = 0;
 };
 

@@ -58,7 +58,7 @@ struct Overlaps {
   std::size_t cells = 0;             // Limit cells.
   double volume_mm3 = 0;             // That they have in common, about.
   double depth_mm = 0;               // The deepest place of the boundary in another cell.
-  bool at_least = false;             // More weren't looked for.
+  bool at_least = false;             // The search was cut short: there may be more, or some if none was found.
   std::vector<OverlapPlace> places;  // One of two cells, by cells; at most 32 of them.
 };
 

@@ -18,14 +18,14 @@ constexpr std::array<double, 3> kAcross = {0.11270166537925831, 0.5, 0.887298334
 constexpr std::array<double, 3> kWeight = {5.0 / 18, 8.0 / 18, 5.0 / 18};
 constexpr double kStep = 0.5;  // Between places on a line.
 
-/// To the nearest side of a cell, to first order. mm.
+/// To the nearest side of a cell, to first order. mm. 0 where the cell is flat.
 double to_nearest_side_mm(const PlaceInCell& place) {
   double nearest = std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < 3; ++axis) {
     const double along = place.uvw[axis];
     nearest = std::min(nearest, std::min(along, 1 - along) / place.inverse_jacobian.row(axis).norm());
   }
-  return nearest;
+  return std::isfinite(nearest) ? nearest : 0;
 }
 
 }  // namespace
@@ -46,6 +46,7 @@ void OverlapMeasure::collect(LimitCellId cell) {
   const CellMap map = index_.cell_maps[cell];
   index_.cell_boxes.any_meeting(box, [&](std::uint32_t item) {
     const LimitCellId other{item};
+    ++work_;
     if (other == cell) return false;
     if (solid_.touch(cell, other)) {
       touching_.push_back(other);

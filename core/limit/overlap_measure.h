@@ -11,6 +11,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -45,6 +46,8 @@ class OverlapMeasure {
   OverlapMeasure(const LimitSolid& solid, CellProbe& probe) : solid_(solid), index_(solid.index()), probe_(probe) {}
 
   CellOverlap examine(LimitCellId cell);
+  /// Boxes of cells compared so far.
+  std::uint64_t work() const noexcept { return work_; }
 
  private:
   /// A place of the cell.
@@ -69,6 +72,7 @@ class OverlapMeasure {
   const CellIndex& index_;
   CellProbe& probe_;
   std::vector<LimitCellId> candidates_, touching_;
+  std::uint64_t work_ = 0;
 };
 
 }  // namespace ccslice

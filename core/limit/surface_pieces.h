@@ -28,8 +28,9 @@ struct SlantedBox {
   static SlantedBox around(std::span<const PaddedPoint> points, const std::array<Vec3, 4>& corners);
 };
 
-/// No point of one piece is on the inner side of the other one, or all are, by more than `least_mm`; or the pieces are
-/// apart: the surfaces don't cross. Surfaces that come into contact from the inside may.
+/// The surfaces of two pieces don't cross: the pieces are apart, or one is on the outer side of the other by their
+/// boxes, or on its inner side as a whole. On the outer side a piece may reach in by `least_mm`; on the inner side it
+/// is deeper than that.
 bool cannot_cross(const SlantedBox& a, const SlantedBox& b, double least_mm);
 
 struct SurfacePiece {
@@ -49,6 +50,8 @@ class SurfacePieces {
 
   /// Forgets all pieces but one or four that make up this face.
   void start(BoundaryFaceId face);
+  /// Forgets all pieces, and frees their memory.
+  void clear() { pieces_ = {}, quarters_ = {}, roots_ = 0; }
   /// How many make up the face: they come first.
   std::uint32_t roots() const { return roots_; }
   std::uint32_t size() const { return static_cast<std::uint32_t>(pieces_.size()); }

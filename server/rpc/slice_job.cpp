@@ -98,7 +98,15 @@ void warn_of_inverted_cells(const SliceJob& job, const LimitSolid& solid, v1::Pl
 
 /// Depths are those of the placed part where the placement keeps angles.
 void warn_of_overlaps(const SliceJob& job, const Overlaps& overlaps, v1::PlanSlicesResponse& plan) {
-  if (overlaps.cells == 0) return;
+  if (overlaps.cells == 0) {
+    if (overlaps.at_least) {
+      add_warning(
+          plan, v1::PLAN_WARNING_KIND_OVERLAP,
+          "cells may overlap: none were found that do, but so many faces of the boundary are close to others that "
+          "not all were looked at");
+    }
+    return;
+  }
   constexpr int kDigits = 4, kSizeDigits = 3;
   const double scale = std::abs(job.placement.linear().determinant());
   const OverlapPlace& first = overlaps.places.front();

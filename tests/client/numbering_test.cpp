@@ -110,6 +110,9 @@ TEST(Numbering, TranslatesWhatIsSaidOfMeshes) {
                           HasSubstr("\n             elements 503 and 505 at (0, 0, 0) mm, 0.015 mm deep")));
   EXPECT_THAT(describe(mesh.overlaps(), abaqus()), HasSubstr("elements 503 and 505 at"));
   EXPECT_EQ(describe(v1::Overlaps()), "");
+  v1::Overlaps cut_short;
+  cut_short.set_more(true);
+  EXPECT_THAT(describe(cut_short), HasSubstr("overlaps   none found, but so many faces are close to others"));
   EXPECT_THAT(describe(deviation, abaqus()), HasSubstr("boundary node 1007 from"));
   JsonWriter json;
   const FileNumbers numbers = abaqus();

@@ -8,7 +8,9 @@
 #include <limits>
 #include <string>
 
+#include "client/cli/mesh_convert.h"
 #include "tests/server/plan_slices_fixture.h"
+#include "tests/support/tiny_meshes.h"
 
 namespace ccslice::server {
 namespace {
@@ -118,6 +120,15 @@ TEST_F(PlanSlices, WarnsOfOverlapsWithPairsOfCellsAndTheirPlaces) {
                                      std::to_string(overlap.control_cells(1)) + " near \\("));
   request_.set_mesh_id(server_.upload_good(make_two_blocks(10)));
   EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_OVERLAP));
+}
+
+TEST_F(PlanSlices, WarnsWhereOverlapsWereNotAllLookedFor) {
+  request_.set_mesh_id(server_.upload_good(cli::to_proto(oracle::nested_shells(16))));
+  ASSERT_TRUE(warns_of(v1::PLAN_WARNING_KIND_OVERLAP));
+  const v1::PlanWarning& overlap =
+      *std::ranges::find(response_.warnings(), v1::PLAN_WARNING_KIND_OVERLAP, &v1::PlanWarning::kind);
+  EXPECT_EQ(overlap.places_mm_size(), 0);
+  EXPECT_THAT(overlap.message(), testing::HasSubstr("not all were looked at"));
 }
 
 TEST_F(PlanSlices, WarnsOfFoldsWithTheirPlaces) {

@@ -340,4 +340,18 @@ ControlMesh spiral(double gap_mm) {
   return band_along(radii_mm);
 }
 
+ControlMesh nested_shells(int count) {
+  ControlMesh mesh;
+  for (int n = 0; n < count; ++n) {
+    ControlMesh shell = box_mesh(1, 12, 4, 1);
+    for (Vec3& p : shell.positions) {
+      const double radius = 5 * (n + 1 + p.x()) + 2 * std::sin(std::numbers::pi / 4 * p.z());
+      const double angle = std::numbers::pi / 8 * p.y();
+      p = Vec3(radius * std::cos(angle), radius * std::sin(angle), 5 * p.z());
+    }
+    append_mesh(mesh, shell, Vec3::Zero());
+  }
+  return mesh;
+}
+
 }  // namespace ccslice::oracle

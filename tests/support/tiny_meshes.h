@@ -80,6 +80,9 @@ ControlMesh band_along(const std::vector<double>& radii_mm);
 /// Such a band of two turns that are `gap_mm` apart, or overlap by as much as that is negative.
 ControlMesh spiral(double gap_mm);
 
+/// Parts inside each other and in contact: three quarters of barrels, each one cell of 5 mm thick and 20 mm high.
+ControlMesh nested_shells(int count);
+
 /// Adds a mesh of the same channels, moved by an offset, as parts that share nothing with those before.
 void append_mesh(ControlMesh& mesh, const ControlMesh& other, const Vec3& offset);
 /// Moves every vertex by at most `amplitude_mm` in each direction.

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -198,6 +199,60 @@ TEST(FaceSurroundings, LetPiecesAsMeshedReachAsFarAsTheyHoldWhereNoCellIsNear) {
     ++pieces;
   });
   EXPECT_GT(pieces, 0u);
+}
+
+/// Cubes of 20 mm as meshed, with two columns of 0.2 mm between the first and the second.
+ControlMesh cubes_with_a_layer_between() {
+  ControlMesh mesh = cubes_as_meshed(3);
+  for (Vec3& p : mesh.positions) {
+    if (p.x() > 30) p.x() -= 19.6;
+  }
+  return mesh;
+}
+
+double in_the_last(const Vec3& p) { return std::max((p.x() - 20.4) / 20, 0.0); }
+
+TEST(FaceSurroundings, LetPiecesAsMeshedReachNoFartherThanTheNextCell) {
+  const Graded graded(cubes_with_a_layer_between(), in_the_last, 1e-3, false);
+  FaceSurroundings surroundings(graded.solid, graded.spec);
+  std::size_t pieces = 0;
+  for_each_piece(graded, [&](const FaceSurroundings::Piece& piece) {
+    if (graded.solid->control_cell(piece.cell) != 0) return;
+    const double reach = surroundings.reach_as_meshed(piece, 8);
+    EXPECT_GT(reach, 0.5);
+    EXPECT_LE(reach, 2) << "the channel is constant in the layer alone";
+    ++pieces;
+  });
+  EXPECT_GT(pieces, 0u);
+}
+
+/// Four cubes of 10 mm as meshed. With a slit the upper right one shares but an edge with the lower right one.
+ControlMesh four_cubes(bool slit) {
+  ControlMesh mesh = oracle::box_mesh(2, 2, 1);
+  mesh.as_meshed = true;
+  const auto corners = static_cast<std::uint32_t>(mesh.positions.size());
+  for (std::uint32_t vertex = 0; slit && vertex < corners; ++vertex) {
+    const Vec3 p = mesh.positions[vertex];
+    if (p.x() != 20 || p.y() != 10) continue;
+    const auto copy = static_cast<std::uint32_t>(mesh.positions.size());
+    mesh.positions.push_back(p - Vec3(0, 0.01, 0));
+    std::replace(mesh.cell_vertices.begin(), mesh.cell_vertices.begin() + 16, vertex, copy);
+  }
+  return mesh;
+}
+
+TEST(FaceSurroundings, LetPiecesAsMeshedReachIntoNoCellAcrossAGap) {
+  for (const bool slit : {false, true}) {
+    const Graded graded(four_cubes(slit), none, 1e-3, false);
+    FaceSurroundings surroundings(graded.solid, graded.spec);
+    std::size_t pieces = 0;
+    for_each_piece(graded, [&](const FaceSurroundings::Piece& piece) {
+      const bool at_slit = slit && graded.solid->control_cell(piece.cell) % 2 == 1;
+      EXPECT_DOUBLE_EQ(surroundings.reach_as_meshed(piece, 8), at_slit ? 0 : 8);
+      ++pieces;
+    });
+    EXPECT_EQ(pieces, 4u);
+  }
 }
 
 /// Pieces, proved ones, of a vertex and its surroundings. Their channel is exact in whatever piece, so they are as

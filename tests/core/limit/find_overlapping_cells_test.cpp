@@ -188,6 +188,25 @@ TEST(FindOverlappingCells, MakesWhatItFindsAmbiguous) {
   EXPECT_EQ(LimitSolid::prepare(oracle::spiral(0.02))->data().fold_boxes.size(), 0u);
 }
 
+TEST(FindOverlappingCells, FindsNoneBetweenCurvedPartsInContact) {
+  const Overlaps found = overlaps_of(oracle::nested_shells(2));
+  EXPECT_EQ(found.cells, 0u);
+  EXPECT_FALSE(found.at_least);
+}
+
+// Contacts use up the work that may be done.
+TEST(FindOverlappingCells, FindsAPartInsideAnotherBesideManyInContact) {
+  ControlMesh mesh = oracle::nested_shells(16);
+  EXPECT_EQ(overlaps_of(mesh).cells, 0u);
+  EXPECT_TRUE(overlaps_of(mesh).at_least) << "a search that was cut short has to say so";
+  ControlMesh small = box(1, 1, 1);
+  scale(small, 0.01);
+  oracle::append_mesh(mesh, small, Vec3(10.2, 10.2, 10));
+  const Overlaps found = overlaps_of(mesh);
+  ASSERT_FALSE(found.places.empty());
+  EXPECT_EQ(found.places.back().other, mesh.cell_count() - 1);
+}
+
 TEST(FindOverlappingCells, EndsWhereEverythingOverlaps) {
   ControlMesh mesh = box(3, 3, 3);
   const ControlMesh one = mesh;
