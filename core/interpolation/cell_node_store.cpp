@@ -61,6 +61,17 @@ bool CellNodeStore::tiles_fit(const std::shared_ptr<const LimitSolid>& solid, co
   return tiles_fit_;
 }
 
+std::optional<std::uint32_t> CellNodeStore::awaited_layer(std::uint32_t first_layer) {
+  std::int64_t awaited = kNotBegun;
+  if (awaited_layer_.compare_exchange_strong(awaited, first_layer) || awaited == kFound) return std::nullopt;
+  return static_cast<std::uint32_t>(awaited);
+}
+
+void CellNodeStore::set_found(std::uint32_t layer) {
+  std::int64_t awaited = layer;
+  awaited_layer_.compare_exchange_strong(awaited, kFound);
+}
+
 std::size_t CellNodeStore::memory_bytes() const {
   const std::scoped_lock lock(mutex_);
   return bytes_;

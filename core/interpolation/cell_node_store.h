@@ -6,11 +6,13 @@
 
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -44,6 +46,12 @@ class CellNodeStore {
   /// do_tiles_fit(). REQUIRES: always the same solid and spec.
   [[nodiscard]] bool tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec);
 
+  /// A worker is about to look for nodes in its first layer. Returns the layer of the worker that came first, while
+  /// that looks for its own: somebody waits for it, and others help (PieceFinder::find()).
+  [[nodiscard]] std::optional<std::uint32_t> awaited_layer(std::uint32_t first_layer);
+  /// A worker knows all nodes of a layer.
+  void set_found(std::uint32_t layer);
+
   /// What the kept nodes take.
   std::size_t memory_bytes() const;
 
@@ -54,12 +62,15 @@ class CellNodeStore {
     std::shared_ptr<CellNodes> nodes;
   };
 
+  static constexpr std::int64_t kNotBegun = -1, kFound = -2;
+
   void forget_beyond_most();
 
   std::once_flag stencils_made_;
   std::shared_ptr<BlockStencils> stencils_;
   std::once_flag tiles_tried_;
   bool tiles_fit_ = true;
+  std::atomic<std::int64_t> awaited_layer_ = kNotBegun;
   const std::size_t most_bytes_;
   mutable std::mutex mutex_;  // Guards what follows.
   std::size_t bytes_ = 0;

@@ -44,6 +44,14 @@ double sure_share(const LimitSolid& solid, std::span<const ChannelTolerance> cha
   return least;
 }
 
+/// Most places beyond faces on the boundary are in no cell.
+InversionOptions options_of_inversion(const InterpolationSpec& spec) {
+  InversionOptions options =
+      inversion_options_of(Eigen::JacobiSVD<Mat3>(spec.placement.linear()).singularValues(), spec.outside_mm);
+  options.proves_outside = true;
+  return options;
+}
+
 /// No slope along an axis of a cell is larger, by the parameter, of a channel that is of degree 2 along each and has
 /// these values at 3 x 3 x 3 places: Bezier points bound a polynomial, and their differences its slopes.
 double steepest_slope(std::array<double, 27> values) {
@@ -93,8 +101,7 @@ FaceSurroundings::FaceSurroundings(std::shared_ptr<const LimitSolid> solid, cons
       voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
       mesh_of_voxel_(voxel_of_mesh_.inverse(Eigen::Affine)),
       channels_(spec.channels),
-      inversion_(
-          inversion_options_of(Eigen::JacobiSVD<Mat3>(spec.placement.linear()).singularValues(), spec.outside_mm)),
+      inversion_(options_of_inversion(spec)),
       proved_(spec.proved),
       sure_share_(sure_share(*solid_, channels_)),
       values_(solid_->channel_count()) {}

@@ -32,14 +32,32 @@ PieceFinder::PieceFinder(std::shared_ptr<const LimitSolid> solid, const Interpol
 
 void PieceFinder::find(std::uint32_t layer, SlabPieces& pieces, const CancellationToken& cancel) {
   if (pieces.is_found(layer)) return;
+  if (!std::exchange(has_begun_, true)) {
+    if (const auto awaited = store_->awaited_layer(layer)) help_with(*awaited, pieces.small_cells(), cancel);
+  }
   group_ = {};
   group_.first_layer = layer;
   group_.end_layer = pieces.start_group(layer, layers_together_);
   collect_cells(pieces.small_cells());
   collect_nodes(cancel);
+  store_->set_found(layer);
   scan_pieces(pieces, cancel);
   pieces.finish_group(layer, group_.end_layer, std::move(group_.holes), group_.hole_boxes, cancel);
   layers_together_ = std::min(kTimesTogether * layers_together_, kSlabLayers);
+}
+
+/// Examines nodes that another worker needs, the last cells first, as that one comes from the first ones.
+void PieceFinder::help_with(std::uint32_t layer, const SmallCells& small, const CancellationToken& cancel) {
+  group_ = {};
+  group_.first_layer = layer;
+  group_.end_layer = layer + 1;
+  collect_cells(small);
+  for (std::size_t c = cells_.size(); c-- > 0;) {
+    cancel.throw_if_cancelled();
+    const std::shared_ptr<CellNodes> known = store_->nodes_of(cells_[c], bounds_of(cells_[c]));
+    std::unique_lock lock(known->mutex, std::try_to_lock);
+    if (lock) collect_nodes_of(cells_[c], *known, lock, cancel);
+  }
 }
 
 /// Finds the cells that aren't small, whose boxes meet the group, and whose pieces or holes may meet the rows; by id.

@@ -4,7 +4,8 @@
 // Finds the pieces and holes that meet the layers of a slab.
 //
 // Layers are looked at in groups: a single one at first, since somebody waits for it, then more and more, up to whole
-// slabs. Cells of few voxels are left out (interpolation/small_cells.h).
+// slabs. All workers on a job begin with the layer that is waited for first. Cells of few voxels are left out
+// (interpolation/small_cells.h).
 
 #pragma once
 
@@ -49,6 +50,7 @@ class PieceFinder {
     std::vector<Box3> hole_boxes;
   };
 
+  void help_with(std::uint32_t layer, const SmallCells& small, const CancellationToken& cancel);
   void collect_cells(const SmallCells& small);
   bool meets_rows(const Box3& cell) const;
   Box3 bounds_of(LimitCellId cell) const;
@@ -65,6 +67,7 @@ class PieceFinder {
   std::shared_ptr<CellNodeStore> store_;
   CellFitter fitter_;
   std::uint32_t layers_together_ = 1;
+  bool has_begun_ = false;
 
   // Scratch memory.
   Group group_;  // At hand.

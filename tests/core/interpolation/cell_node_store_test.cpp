@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -78,6 +79,18 @@ TEST(CellNodeStore, CountsWhatPiecesHold) {
   EXPECT_EQ(two - one, sizeof(CellPiece) + 5 * sizeof(CubicPolynomial));
   nodes.nodes[2].map = std::make_shared<const ParameterMap>();
   EXPECT_EQ(nodes.memory_bytes() - two, sizeof(ParameterMap));
+}
+
+TEST(CellNodeStore, NamesTheLayerOfTheFirstWorkerUntilThatIsFound) {
+  CellNodeStore store(1 << 20);
+  EXPECT_EQ(store.awaited_layer(7), std::nullopt) << "nobody came before";
+  EXPECT_EQ(store.awaited_layer(16), 7u);
+  store.set_found(16);
+  EXPECT_EQ(store.awaited_layer(32), 7u);
+  store.set_found(7);
+  EXPECT_EQ(store.awaited_layer(48), std::nullopt);
+  store.set_found(16);
+  EXPECT_EQ(store.awaited_layer(7), std::nullopt);
 }
 
 /// A box of cubes at whose boundary the channel is steep, and voxels in rows across it.
@@ -193,6 +206,23 @@ TEST_F(SharedPieces, AreTheSameWhateverTheStoreHolds) {
   for (std::uint32_t s = slabs(); s-- > 0;) EXPECT_EQ(slab(keeping, s), alone[s]) << s;
   FoundPieces downwards = worker(make_cell_node_store());
   for (std::uint32_t s = slabs(); s-- > 0;) EXPECT_EQ(slab(downwards, s), alone[s]) << s;
+}
+
+TEST_F(SharedPieces, AreFoundForTheFirstWorkerByAllOthers) {
+  const std::uint32_t last = (slabs() - 1) * kSlabLayers;
+  for (const bool is_awaited : {false, true}) {
+    const auto store = make_cell_node_store();
+    EXPECT_EQ(store->awaited_layer(0), std::nullopt);
+    if (!is_awaited) store->set_found(0);
+    FoundPieces first = worker(store), other = worker(store);
+    other.start(last, job_.grid.extent.layers);
+    other.find(last, {});
+    const std::size_t known_bytes = store->memory_bytes();
+    first.start(0, kSlabLayers);
+    first.find(0, {});
+    EXPECT_EQ(store->memory_bytes() == known_bytes, is_awaited);
+    EXPECT_EQ(store->awaited_layer(last), std::nullopt) << "it is found";
+  }
 }
 
 // The first layers of a worker's first slab are found a few at a time, from whichever is asked for first.
