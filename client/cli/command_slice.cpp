@@ -362,11 +362,11 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
   app->footer(
       "Examples:\n  ccslice slice ring.ccmesh --pitch 0.0423,0.0846,0.03 --channel hardness -o ring\n"
       "  ccslice slice part.vtk --grade stiffness=z --dpi 600,300 --layer-height 0.027 "
-      "--occupancy --channel stiffness:u16 --layers 100..199 -o part\n"
-      "  ccslice slice part.mesh --pitch 0.1 --rotate x=90 --translate=0,0,5 --contours json -o part\n"
+      "--occupancy --channel stiffness:u16 --layers 100..199 -o graded\n"
+      "  ccslice slice part.mesh --pitch 0.1 --rotate x=90 --translate=0,0,5 --contours json -o turned\n"
       "  ccslice slice part.mesh --pitch 0.05 --region 10,10,0,30,20,4 --row-order descending -o corner\n"
       "  ccslice slice part.mesh --pitch 0.1 --share 2/8 --resume -o part-2\n"
-      "  ccslice slice part.mesh --pitch 0.1 -o - | tar -xf - -C part");
+      "  ccslice slice part.mesh --pitch 0.1 -o - >layers.tar");
   return {app, [options](Session& session) { run_slice(session, *options); }};
 }
 

@@ -184,12 +184,12 @@ Command add_convert(CLI::App& parent, CommonOptions& common) {
   app->add_flag("--force", options->force, "Replace the file if it is there");
   add_output_options(*app, common);
   app->footer(
-      "Examples:\n  ccslice convert part.vtk --grade stiffness=z -o part.ccmesh\n"
-      "  ccslice convert part.ovm --sharp-angle 40 --grade skin=distance:90..30:2 -o part.json\n"
-      "  ccslice convert part.mesh --units in --size z=30 --center --on-bed -o part.ccmesh\n"
-      "  ccslice convert part.inp --sharp-angle 40 --interpolate=boundary -o part.ccmesh\n"
-      "  ccslice convert part.ccmesh --limit 2 -o limit.vtu\n"
-      "  ccslice convert part.ccmesh --bezier 2 -o bezier.vtu");
+      "Examples:\n  ccslice convert part.vtk --grade stiffness=z -o graded.ccmesh\n"
+      "  ccslice convert part.ovm --sharp-angle 40 --grade skin=distance:90..30:2 -o sharp.json\n"
+      "  ccslice convert part.mesh --units in --size z=30 --center --on-bed -o sized.ccmesh\n"
+      "  ccslice convert part.inp --sharp-angle 40 --interpolate=boundary -o fitted.ccmesh\n"
+      "  ccslice convert graded.ccmesh --limit 2 -o limit.vtu\n"
+      "  ccslice convert graded.ccmesh --bezier 2 -o bezier.vtu");
   return {app, [options](Session& session) { run_convert(session, *options); }};
 }
 
