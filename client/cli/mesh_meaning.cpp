@@ -21,6 +21,9 @@ constexpr double kPartAngleDeg = 40;
 constexpr double kRoundingOfVolume = 1e-6;  // A share of it.
 constexpr double kMostWorse = 2;            // Times what the volume is off without fitting.
 
+// Places are those of the mesh before --size, --center and --on-bed: how far they move it shows after fitting only.
+constexpr const char* kInTheFile = ", in the file at ";
+
 PrepareOptions prepare_options() {
   PrepareOptions options;
   options.threads = processors();
@@ -36,15 +39,17 @@ std::string fault_of(const FittedMesh& fitted, const ControlMesh& sharpened, dou
   if (report.missed > 0 && missed_mm > most_missed_mm) {
     const Vec3& at = report.farthest.position;
     return "the limit would miss " + show_count(report.missed) + (report.missed == 1 ? " vertex" : " vertices") +
-           " of the boundary by up to " + show_number(missed_mm) + " mm, near " + show_place({at.x(), at.y(), at.z()}) +
-           ", more than half a voxel";
+           " of the boundary by more than half a voxel, the most by " + show_number(missed_mm) + " mm: vertex " +
+           std::to_string(report.farthest.vertex) + kInTheFile + show_place({at.x(), at.y(), at.z()}) + " mm";
   }
   const auto solid = LimitSolid::prepare(fitted.fitted(), prepare_options());
   const SolidSummary& summary = solid->summary();
   if (summary.folding_cells > 0) {
-    const Vec3& at = summary.folds.front().position;
-    return "the limit would fold in " + show_count(summary.folding_cells) + " cells, near " +
-           show_place({at.x(), at.y(), at.z()});
+    const FoldPlace& fold = summary.folds.front();
+    const Vec3& at = fold.position;
+    return "the limit would fold in " + show_count(summary.folding_cells) + " of its cells, the first in cell " +
+           std::to_string(static_cast<std::uint32_t>(fold.control_cell)) + kInTheFile +
+           show_place({at.x(), at.y(), at.z()}) + " mm";
   }
   const Deviation sharp = measure_limit(sharpened, prepare_options()).deviation;
   const double mesh_mm3 = sharp.control_volume_mm3, fitted_mm3 = summary.deviation.limit_volume_mm3;
