@@ -72,8 +72,9 @@ std::vector<CellMeans> parse_cell_data(const MeshOptions& options) {
 void take_cell_numbers(const std::string& regions_from, const std::vector<CellMeans>& averaged, MeshFile& file) {
   for (const CellMeans& means : averaged) average_cell_numbers(means.name, means.over, file);
   if (regions_from.empty() && !file.cell_sets.empty()) {
-    file.warnings.push_back("sets of cells left out: " + echoed_names(file.cell_sets, '\'') +
-                            "; --regions-from NAME,NAME makes regions of them, --regions-from sets of all");
+    file.warnings.push_back(
+        "sets of cells left out: " + echoed_names(file.cell_sets, '\'') +
+        "; --regions-from NAME,NAME makes regions of those that it names, and '--regions-from sets' of all");
   }
   if (regions_from.empty() && file.cell_materials.size() > 1) {
     file.warnings.push_back("materials of cells left out: " + echoed_names(file.cell_materials, '\'') +
