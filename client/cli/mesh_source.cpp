@@ -261,10 +261,14 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, cons
   for (std::string& note : std::span(loaded.warnings).subspan(notes_before)) note = renumber_text(note, loaded.numbers);
 }
 
-/// The option that helps, if one does.
-const char* remedy_of(ErrorCode code) {
+/// The option that helps, if one does and the message names none itself.
+const char* remedy_of(const Error& error, const MeshOptions& options) {
+  const ErrorCode code = error.code();
+  if (std::string_view(error.what()).find("--") != std::string_view::npos) return "";
   if (code == ErrorCode::kMeshInvertedCell) return " (--allow-folds)";
-  if (code == ErrorCode::kMeshNotInterpolable) return " (--interpolate=boundary)";
+  if (code == ErrorCode::kMeshNotInterpolable) {
+    return options.meaning.interpolate == "boundary" ? "" : " (--interpolate=boundary)";
+  }
   if (code != ErrorCode::kMeshCoordinateOutOfRange) return "";
   return " (--units says what unit the file is in, --size what size the part becomes; --center and --on-bed move it to "
          "the origin)";
@@ -421,7 +425,8 @@ LoadedMesh load_mesh(const MeshOptions& options, bool quiet) {
     return load(options, changes, quiet);
   } catch (const Error& error) {
     if (error.code() == ErrorCode::kFileUnreadable) throw;
-    throw Error(error.code(), options.mesh + ": " + error.what() + remedy_of(error.code()), error.field(), error.ids());
+    throw Error(error.code(), options.mesh + ": " + error.what() + remedy_of(error, options), error.field(),
+                error.ids());
   }
 }
 

@@ -28,6 +28,7 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 class MeantFile : public testing::Test {
  protected:
@@ -106,6 +107,7 @@ TEST_F(MeantFile, AFitThatRoundsEdgesIsRefusedUnlessItIsMeant) {
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kMeshNotInterpolable);
     EXPECT_THAT(error.what(), HasSubstr("--part keeps such edges sharp"));
+    EXPECT_THAT(error.what(), Not(HasSubstr("--interpolate=boundary"))) << "which would be refused as well";
   }
   options.meaning.smooth = true;
   EXPECT_NO_THROW(load_mesh(options));
