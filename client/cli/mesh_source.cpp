@@ -85,8 +85,10 @@ void take_cell_numbers(const std::string& regions_from, const std::vector<CellMe
     const bool whole = std::ranges::all_of(numbers.of_cells, [](double n) { return exact_integer(n).has_value(); });
     if (!varies || numbers.name == regions_from) continue;
     if (std::ranges::find(averaged, numbers.name, &CellMeans::name) != averaged.end()) continue;
-    file.warnings.push_back("the cells' '" + echoed(numbers.name) + "' left out; " +
-                            (whole ? "--regions-from makes regions of it" : "--cell-data makes a channel of it"));
+    const std::string name = echoed(numbers.name);
+    file.warnings.push_back("the cells' '" + name + "' left out; " +
+                            (whole ? "--regions-from " + name + " makes regions of it"
+                                   : "--cell-data " + name + "=average makes a channel of it"));
   }
 }
 

@@ -119,7 +119,8 @@ TEST_F(CommandLine, ChannelsComeFromNumbersOfCells) {
                   "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 double\n"
                   "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1\nCELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n"
                   "CELL_DATA 2\nSCALARS density double 1\nLOOKUP_TABLE default\n0.25\n0.75\n");
-  EXPECT_THAT(run({"info", mesh}).out, HasSubstr("the cells' 'density' left out; --cell-data makes a channel of it"));
+  EXPECT_THAT(run({"info", mesh}).out,
+              HasSubstr("the cells' 'density' left out; --cell-data density=average makes a channel of it"));
   const ProcessResult info = run({"info", mesh, "--cell-data", "density=average"});
   EXPECT_EQ(info.exit_code, 0) << info.err;
   EXPECT_THAT(info.out, HasSubstr("density"));
