@@ -102,7 +102,7 @@ void add_range_notes(const ControlMesh& meant, const ControlMesh& fitted, std::v
     if (std::max(low - fitted_low, fitted_high - high) <= kMuch * (high - low)) continue;
     notes.push_back("channel " + meant.channel_names[c] + " is " + show_number(low) + " to " + show_number(high) +
                     " at vertices, and " + show_number(fitted_low) + " to " + show_number(fitted_high) +
-                    " at control points: planes of 8 and 16 bits have that range unless another is given, as in "
+                    " at control points: pictures of 8 and 16 bits have that range unless another is given, as in "
                     "--channel NAME:u8:LOW..HIGH");
   }
 }
