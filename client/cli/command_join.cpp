@@ -158,7 +158,7 @@ void run_join(Session& session, const JoinOptions& options) {
 
 Command add_join(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<JoinOptions>();
-  CLI::App* app = parent.add_subcommand("join", "Make a job's folder of those of all its shares");
+  CLI::App* app = parent.add_subcommand("join", "Merge the folders of all shares into the folder of the whole job");
   app->add_option("SHARE", options->shares, "Folders that `slice --share` wrote, all shares of one job in any order")
       ->required();
   app->add_option("-o,--output", options->output,
