@@ -154,7 +154,7 @@ void run_convert(Session& session, const ConvertOptions& options) {
 Command add_upload(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<MeshOptions>();
   CLI::App* app = parent.add_subcommand("upload", "Upload a mesh and print its id and what the server knows about it");
-  add_mesh_options(*app, *options);
+  add_mesh_options(*app, *options, true, true);
   add_server_options(*app, common);
   app->footer(
       "The other commands upload files themselves; use this to look at a mesh first, or to prepare a server.\n"
@@ -166,7 +166,7 @@ Command add_convert(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<ConvertOptions>();
   CLI::App* app = parent.add_subcommand(
       "convert", "Read, check, sharpen, fit, size and grade a mesh file; write it as .ccmesh, .json or .vtu");
-  add_mesh_options(*app, options->mesh);
+  add_mesh_options(*app, options->mesh, true, true);
   app->add_option("-o,--output", options->output,
                   "File to write: .ccmesh, or .json; or .vtu to look at, in ParaView for example")
       ->required();

@@ -381,11 +381,11 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
 
 }  // namespace
 
-void add_mesh_options(CLI::App& command, MeshOptions& options, bool required) {
-  command
-      .add_option("MESH", options.mesh,
-                  "A Gmsh .msh, Abaqus .inp, Exodus .e, MEDIT .mesh, VTK .vtk or .vtu, OpenVolumeMesh .ovm, .ccmesh or "
-                  "its .json file, or the id of an uploaded mesh (sha256:...)")
+void add_mesh_options(CLI::App& command, MeshOptions& options, bool required, bool files_only) {
+  const std::string files =
+      "A Gmsh .msh, Abaqus .inp, Exodus .e, MEDIT .mesh, VTK .vtk or .vtu, OpenVolumeMesh .ovm, .ccmesh or its .json "
+      "file";
+  command.add_option("MESH", options.mesh, files + (files_only ? "" : ", or the id of an uploaded mesh (sha256:...)"))
       ->required(required);
   command
       .add_option(

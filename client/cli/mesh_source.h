@@ -39,7 +39,8 @@ struct MeshOptions {
   Vec3 scale = Vec3::Ones();                // What --scale does later: lengths are those of the printed size.
 };
 
-void add_mesh_options(CLI::App& command, MeshOptions& options, bool required = true);
+/// MESH may be left out unless it is required, and is a file or, unless the command takes files only, a mesh's id.
+void add_mesh_options(CLI::App& command, MeshOptions& options, bool required = true, bool files_only = false);
 
 struct LoadedMesh {
   ControlMesh mesh;
