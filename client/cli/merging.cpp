@@ -88,10 +88,10 @@ void warn_of_parts(const MergeOptions& options, bool is_contract, double same_mm
 void add_merge_options(CLI::App& command, MergeOptions& options) {
   CLI::Option* distance = command
                               .add_option("--merge-points", options.merge_points,
-                                          "Join points that are no farther apart than this, in mm as --units makes "
-                                          "them, before --size (default: a billionth of the part's size, or what "
-                                          "coordinates of single precision leave open; nothing in a .ccmesh or its "
-                                          ".json)")
+                                          "Join points that are no farther apart than so many mm, measured after "
+                                          "--units and before --size. Default: a billionth of the part's size; if all "
+                                          "coordinates are single-precision numbers, also points that are neighbours "
+                                          "among these; in a .ccmesh or its .json none")
                               ->group("Mesh");
   command
       .add_flag("--no-merge", options.no_merge,
@@ -138,7 +138,11 @@ ConnectedMesh validate_split(const MergeOptions& options, ControlMesh& checked, 
   } catch (const Error& error) {
     const bool touches =
         error.code() == ErrorCode::kMeshNonManifoldEdge || error.code() == ErrorCode::kMeshNonManifoldVertex;
-    if (!touches || options.no_split) throw;
+    if (!touches) throw;
+    if (options.no_split) {
+      throw Error(error.code(), std::string(error.what()) + ", or leave out --no-split: then each side gets its own",
+                  error.field(), error.ids());
+    }
   }
   const SplitReport report = split_touching(mesh, numbers);
   was_split = report.new_vertices > 0;

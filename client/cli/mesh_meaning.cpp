@@ -73,14 +73,15 @@ void add_meaning_options(CLI::App& command, MeaningOptions& options) {
           "--part", options.part,
           "The mesh was made of a CAD part: keep edges sharp that turn by 40 degrees, and place the control points "
           "so that the limit passes through the mesh's vertices. Taken as meshed, with a note, where a vertex "
-          "would be missed by more than half a voxel, cells would fold, or the volume would get far worse")
+          "would be missed by more than half a voxel (0.05 mm in commands without --pitch), cells would fold, or the "
+          "volume would get far worse")
       ->group("Mesh");
   add_sharp_options(command, options.sharp);
   add_fit_option(command, options.interpolate);
   command
-      .add_flag(
-          "--smooth", options.smooth,
-          "With --interpolate: edges that turn by 75 degrees or more may come out round, which is refused otherwise")
+      .add_flag("--smooth", options.smooth,
+                "With --interpolate: take a fit that rounds edges that turn by 75 degrees or more, which is refused "
+                "otherwise")
       ->group("Mesh");
 }
 
