@@ -92,7 +92,9 @@ void add_identity_options(CLI::App& command, CommonOptions& options) {
 void add_output_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("--json", options.json, "Print one JSON document on standard output, errors included")
       ->group("Output");
-  command.add_flag("-q,--quiet", options.quiet, "No progress and no notes")->group("Output");
+  command
+      .add_flag("-q,--quiet", options.quiet, "No progress and no notes; slice is silent about what plan warns of, too")
+      ->group("Output");
 }
 
 void add_server_options(CLI::App& command, CommonOptions& options) {
