@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -225,22 +226,29 @@ std::optional<std::vector<RegionRow>> PointJoiner::rows_of(std::size_t cluster) 
   return rows;
 }
 
+/// Names the two values that are farthest apart of one region.
 void PointJoiner::refuse_values(const std::vector<std::size_t>& disagreeing) const {
   if (disagreeing.empty()) return;
-  const auto& points = clusters_[disagreeing.front()].points;
-  std::uint32_t low = points.front(), high = points.front();
+  std::map<std::uint8_t, std::vector<std::uint32_t>> points_of;  // By region.
+  for (const std::uint32_t point : clusters_[disagreeing.front()].points) {
+    for (const auto& [_, region] : regions_at(point)) points_of[region].push_back(point);
+  }
+  std::uint32_t low = 0, high = 0;
+  std::uint8_t in_region = 0;
   std::size_t channel = 0;
   double most = -1;  // In shares of what may be.
-  for (std::size_t c = 0; c < mesh_.channel_count(); ++c) {
-    const auto value = [&](std::uint32_t point) { return mesh_.channel_values[point * mesh_.channel_count() + c]; };
-    const auto [least, greatest] = std::ranges::minmax_element(points, {}, value);
-    const double share = (double{value(*greatest)} - value(*least)) / agreement_[c];
-    if (!(share > most)) continue;
-    most = share, channel = c, low = *least, high = *greatest;
+  for (const auto& [region, points] : points_of) {
+    for (std::size_t c = 0; c < mesh_.channel_count(); ++c) {
+      const auto value = [&](std::uint32_t point) { return values_in_region(mesh_, point, region)[c]; };
+      const auto [least, greatest] = std::ranges::minmax_element(points, {}, value);
+      const double share = (double{value(*greatest)} - value(*least)) / agreement_[c];
+      if (!(share > most)) continue;
+      most = share, in_region = region, channel = c, low = *least, high = *greatest;
+    }
   }
   const auto text = [&](std::uint32_t point) {
     constexpr int kValueDigits = 9;
-    return number_text(mesh_.channel_values[point * mesh_.channel_count() + channel], kValueDigits);
+    return number_text(values_in_region(mesh_, point, in_region)[channel], kValueDigits);
   };
   const std::size_t more = disagreeing.size() - 1;
   const std::string others =
@@ -324,10 +332,9 @@ void PointJoiner::join_mid_nodes(ControlMesh& joined) {
   std::iota(cells.begin(), cells.end(), 0u);
   MidNodeList list(mesh_.channel_count());
   list.add(mesh_.mid_nodes, new_vertices_, cells);
-  MidNodeList::Result result = list.finish();
+  MidNodeList::Result result = list.finish(distance_mm_);
   joined.mid_nodes = std::move(result.nodes);
   report_.disagreeing_edges = result.other_values;
-  if (result.farthest_apart_mm <= distance_mm_) return;
   report_.bent_edges = result.conflicts;
   report_.bent_by_mm = result.farthest_apart_mm;
 }

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
+#include "core/base/number_text.h"
 #include "core/mesh/cell_complex.h"
 
 namespace ccslice {
@@ -157,15 +157,17 @@ void MidNodeList::add(const MidNodes& nodes, std::span<const std::uint32_t> new_
   }
 }
 
-MidNodeList::Result MidNodeList::finish() const {
+MidNodeList::Result MidNodeList::finish(double same_mm) const {
   std::vector<Node> sorted = nodes_;
   std::ranges::sort(sorted, {}, &Node::key);
   Result result;
   MidNodes& nodes = result.nodes;
   for (const auto& [key, index, apart_mm, disagree] : sorted) {
-    result.conflicts += apart_mm > 0;
     result.other_values += disagree;
-    result.farthest_apart_mm = std::max(result.farthest_apart_mm, apart_mm);
+    if (apart_mm > same_mm) {
+      ++result.conflicts;
+      result.farthest_apart_mm = std::max(result.farthest_apart_mm, apart_mm);
+    }
     if (key[0] == 2) nodes.edges.push_back({key[1], key[2]});
     if (key[0] == 4) nodes.faces.push_back({key[1], key[2], key[3], key[4]});
     if (key[0] == 8) nodes.cells.push_back(key[1]);
@@ -218,11 +220,10 @@ void take_mid_nodes(MeshFile& file) {
                             "of each is taken");
   }
   if (result.conflicts == 0) return;
-  char apart[32];
-  std::snprintf(apart, sizeof apart, "%.3g", result.farthest_apart_mm);
+  constexpr int kDigits = 3;
   file.warnings.push_back(std::to_string(result.conflicts) +
-                          " edges, faces or cells have several nodes in their middle, up to " + apart +
-                          " apart; the first of each is taken");
+                          " edges, faces or cells have several nodes in their middle, up to " +
+                          number_text(result.farthest_apart_mm, kDigits) + " apart; the first of each is taken");
 }
 
 }  // namespace ccslice

@@ -43,11 +43,12 @@ class MidNodeList {
 
   struct Result {
     MidNodes nodes;
-    std::size_t conflicts = 0;     // Edges, faces and cells with nodes in several places: the first one is taken.
+    std::size_t conflicts = 0;     // Edges, faces and cells with nodes that are farther apart: the first one is taken.
     double farthest_apart_mm = 0;  // Of these.
     std::size_t other_values = 0;  // Edges, faces and cells with nodes that disagree in a channel: likewise.
   };
-  Result finish() const;
+  /// `same_mm`: how far apart nodes of one key may be.
+  Result finish(double same_mm = 0) const;
 
  private:
   struct Node {

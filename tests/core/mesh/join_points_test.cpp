@@ -183,6 +183,27 @@ TEST(JoinPoints, RefusesValuesThatDisagreeWithinARegion) {
   expect_error([&] { join(mesh, 0); }, ErrorCode::kMeshBadChannel, "is 1 at vertex 9 and 2 at vertex 16");
 }
 
+TEST(JoinPoints, NamesValuesOfOneRegionWhereOthersAreFartherApart) {
+  ControlMesh mesh = with_own_points(box_mesh(2, 2, 1));
+  mesh.channel_names = {"t"};
+  mesh.channel_values.assign(32, 1);
+  std::fill(mesh.channel_values.begin() + 16, mesh.channel_values.end(), 9);
+  mesh.channel_values[11] = 2;  // Of the second cell, in the middle.
+  mesh.cell_region_names = {"a", "b"};
+  mesh.cell_regions = {0, 0, 1, 1};
+  expect_error([&] { join(mesh, 0); }, ErrorCode::kMeshBadChannel, "is 1 at vertex 2 and 2 at vertex 11");
+}
+
+TEST(JoinPoints, NamesTheValuesOfARegionThatVerticesHaveBeside) {
+  ControlMesh mesh = with_own_points(box_mesh(2, 1, 1));
+  mesh.channel_names = {"t"};
+  mesh.channel_values.assign(16, 5);
+  mesh.cell_region_names = {"a"};
+  mesh.cell_regions = {0, 0};
+  append_region_values(8, 0, std::vector<float>{7}, mesh);
+  expect_error([&] { join(mesh, 0); }, ErrorCode::kMeshBadChannel, "is 5 at vertex 1 and 7 at vertex 8");
+}
+
 TEST(JoinPoints, NamesCellsWithARepeatedCorner) {
   ControlMesh mesh = with_own_points(box_mesh(3, 1, 1, 10));
   for (std::size_t i = 8; i < 16; ++i) mesh.positions[i].x() = 10 + 0.001 * (mesh.positions[i].x() - 10);
@@ -254,6 +275,15 @@ TEST(JoinPoints, SaysWhereMidNodesAreElsewhere) {
   mesh.mid_nodes.edges = {{1, 2}, {8, 11}};
   mesh.mid_nodes.positions = {{10, 5, 1}, {10, 5, 3}};
   const JoinReport report = join(mesh, 0);
+  EXPECT_EQ(report.bent_edges, 1u);
+  EXPECT_EQ(report.bent_by_mm, 2);
+}
+
+TEST(JoinPoints, TakesMidNodesWithinTheDistanceForOne) {
+  ControlMesh mesh = with_own_points(box_mesh(2, 1, 1));
+  mesh.mid_nodes.edges = {{1, 2}, {5, 6}, {8, 11}, {12, 15}};
+  mesh.mid_nodes.positions = {{10, 5, 1}, {10, 5, 11}, {10, 5, 3}, {10, 5, 11.001}};
+  const JoinReport report = join(mesh, 0.01);
   EXPECT_EQ(report.bent_edges, 1u);
   EXPECT_EQ(report.bent_by_mm, 2);
 }
