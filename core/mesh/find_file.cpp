@@ -4,6 +4,7 @@
 #include "core/mesh/find_file.h"
 
 #include <algorithm>
+#include <climits>
 #include <string>
 #include <system_error>
 
@@ -35,6 +36,7 @@ std::vector<fs::path> entries_called(const fs::path& folder, const std::string& 
 
 std::vector<fs::path> find_files(const fs::path& folder, std::string_view name) {
   constexpr std::size_t kMostFolders = 100;  // On the way there, of names that are the same but for case.
+  if (name.size() > PATH_MAX) return {};
   if (is_file(folder / std::string(name))) return {folder / std::string(name)};
   std::string slashed(name);
   std::ranges::replace(slashed, '\\', '/');

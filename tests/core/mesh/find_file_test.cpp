@@ -54,6 +54,9 @@ TEST_F(FindFiles, FindNoFoldersAndNothingThatIsNotThere) {
   EXPECT_THAT(find_files(folder_, "Sub\\other.inp"), IsEmpty());
   EXPECT_THAT(find_files(folder_ / "none", "mesh.inp"), IsEmpty());
   EXPECT_THAT(find_files(folder_, ""), IsEmpty());
+  std::string around;
+  for (int i = 0; i < 100'000; ++i) around += "./";
+  EXPECT_THAT(find_files(folder_, around + "Sub/mesh.inp"), IsEmpty()) << "longer than any path";
 }
 
 }  // namespace
