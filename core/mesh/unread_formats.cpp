@@ -247,8 +247,11 @@ std::string name_solver_input(std::string_view bytes) {
 
 bool is_ls_dyna(std::string_view bytes) {
   const std::vector<std::string_view> lines = first_lines(bytes, "", ~std::size_t{0});
-  return std::ranges::any_of(lines, [](std::string_view line) {
-    if (line.starts_with('$') || begins_with_words(line, "*KEYWORD")) return true;
+  // Abaqus has no other lines that begin with any character.
+  const bool has_heading =
+      std::ranges::any_of(lines, [](std::string_view line) { return begins_with_words(line, "*HEADING"); });
+  return std::ranges::any_of(lines, [has_heading](std::string_view line) {
+    if ((line.starts_with('$') && !has_heading) || begins_with_words(line, "*KEYWORD")) return true;
     constexpr std::string_view kBeginnings[] = {"*ELEMENT_", "*SECTION_", "*MAT_", "*SET_", "*PART_", "*CONTROL_"};
     return std::ranges::any_of(
         kBeginnings, [&](std::string_view begin) { return equals_ignoring_case(line.substr(0, begin.size()), begin); });

@@ -95,10 +95,11 @@ TEST(UnreadFormats, InXmlAreNamedByTheirOutermostElement) {
   refused("<VTKFile type=\"PUnstructuredGrid\"/>", "merge its pieces into one .vtu");
 }
 
-// Abaqus has no comments with '$', and no keywords with '_'.
+// Abaqus has no comments with '$', but anything in a heading, and no keywords with '_'.
 TEST(UnreadFormats, AreNotTakenForOthers) {
   EXPECT_EQ(mesh_file_kind("*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=C3D4\n"), MeshFileKind::kAbaqus);
   EXPECT_EQ(mesh_file_kind("** $\n*Solid Section, elset=*SET_\n"), MeshFileKind::kAbaqus);
+  EXPECT_EQ(mesh_file_kind("*Heading\n$Id: bracket, revision 7 $\n*NODE\n"), MeshFileKind::kAbaqus);
   EXPECT_EQ(mesh_file_kind("*KEYWORDS\n"), MeshFileKind::kAbaqus);
   for (const char* text : {"", "vertex 1", "1 2 3\n4 5 6\n", "8 0 0 0 0\n1 2\n", "GRIDS\n", "solid"}) {
     EXPECT_FALSE(describe_unread(text).known) << text;
