@@ -7,12 +7,14 @@
 #include <cmath>
 #include <map>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/contains.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/mesh/offenders.h"
 #include "core/mesh/similar_name.h"
 
 namespace ccslice {
@@ -24,8 +26,9 @@ constexpr std::uint8_t kInNone = 255;
 
 constexpr const char* kNameSets = "name those that matter, and the rest becomes one region";
 
-[[noreturn]] void refuse(const std::string& message) {
-  throw Error(ErrorCode::kMeshBadCellRegion, message, "cell_regions");
+/// `cells`: those that the message names.
+[[noreturn]] void refuse(const std::string& message, std::vector<std::int64_t> cells = {}) {
+  throw Error(ErrorCode::kMeshBadCellRegion, message, "cell_regions", std::move(cells));
 }
 
 void check_count(const std::string& what, std::size_t count, const MeshLimits& limits, const char* remedy) {
@@ -40,8 +43,10 @@ void make_regions_of_numbers(const CellNumbers& numbers, ControlMesh& mesh, cons
   for (const double number : numbers.of_cells) {
     const std::optional<std::int64_t> integer = exact_integer(number);
     if (!integer) {
-      refuse("'" + echoed(numbers.name) + "' is " + number_text(number) + " in cell " + std::to_string(whole.size()) +
-             "; regions are made of whole numbers only");
+      const auto cell = static_cast<std::int64_t>(whole.size());
+      refuse("'" + echoed(numbers.name) + "' is " + number_text(number) + " in " + named_ids(kCells, {cell}) +
+                 "; regions are made of whole numbers only",
+             {cell});
     }
     whole.push_back(*integer);
     regions.try_emplace(*integer);
@@ -109,8 +114,9 @@ void make_regions_of_sets(const std::vector<const CellSet*>& sets, ControlMesh& 
     for (const std::uint32_t cell : sets[set]->cells) {
       std::uint8_t& region = mesh.cell_regions[cell];
       if (region != kInNone) {
-        refuse("cell " + std::to_string(cell) + " is in both '" + echoed(sets[region]->name) + "' and '" +
-               echoed(sets[set]->name) + "'; name sets that have no cells in common");
+        refuse(named_ids(kCells, {cell}) + " is in both '" + echoed(sets[region]->name) + "' and '" +
+                   echoed(sets[set]->name) + "'; name sets that have no cells in common",
+               {cell});
       }
       region = static_cast<std::uint8_t>(set);
     }

@@ -16,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/base/utf8.h"
 #include "core/mesh/collapsed_cells.h"
+#include "core/mesh/offenders.h"
 #include "core/mesh/partition_note.h"
 #include "core/mesh/read_abaqus.h"
 #include "core/mesh/read_exodus.h"
@@ -24,6 +25,7 @@
 #include "core/mesh/read_ovm.h"
 #include "core/mesh/read_vtk.h"
 #include "core/mesh/read_vtu.h"
+#include "core/mesh/renumber_text.h"
 #include "core/mesh/text_scanner.h"
 #include "core/mesh/unread_formats.h"
 
@@ -159,24 +161,22 @@ UnreadFile describe_unread(std::string_view bytes) {
       "'*NODE'), nor an Exodus file (first bytes 'CDF')"};
 }
 
-void check_cell_vertices(const ControlMesh& mesh) {
-  constexpr std::size_t kMostNamed = 5;
+void check_cell_vertices(const MeshFile& file) {
+  const ControlMesh& mesh = file.mesh;
   std::vector<std::int64_t> cells;
-  std::size_t corner = 0;
-  for (std::size_t cell = 0; cell < mesh.cell_count() && cells.size() < kMostNamed; ++cell) {
+  std::size_t corner = 0, total = 0;
+  for (std::size_t cell = 0; cell < mesh.cell_count(); ++cell) {
     const auto corners = static_cast<std::size_t>(corner_count(mesh.cell_kinds[cell]));
     const auto begin = mesh.cell_vertices.begin() + static_cast<std::ptrdiff_t>(corner);
     const bool bad = std::any_of(begin, begin + static_cast<std::ptrdiff_t>(corners),
                                  [&](std::uint32_t vertex) { return vertex >= mesh.vertex_count(); });
-    if (bad) cells.push_back(static_cast<std::int64_t>(cell));
+    if (bad && total++ < kMaxEchoItems) cells.push_back(static_cast<std::int64_t>(cell));
     corner += corners;
   }
-  if (cells.empty()) return;
-  std::string named;
-  for (const std::int64_t cell : cells) named += (named.empty() ? "" : ", ") + std::to_string(cell);
+  if (total == 0) return;
   throw Error(ErrorCode::kMeshIndexOutOfRange,
-              "cells " + named + " (from 0) use vertices that the file doesn't have; it has " +
-                  std::to_string(mesh.vertex_count()),
+              "the file has " + std::to_string(mesh.vertex_count()) + " vertices, and others are named in " +
+                  renumber_text(named_ids(kCells, cells, total), file.numbers),
               "cells", cells);
 }
 

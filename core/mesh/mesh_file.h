@@ -85,7 +85,7 @@ struct UnreadFile {
 };
 UnreadFile describe_unread(std::string_view bytes);
 
-/// Throws Error{kMeshIndexOutOfRange} naming up to five cells that use vertices the mesh doesn't have.
-void check_cell_vertices(const ControlMesh& mesh);
+/// Throws Error{kMeshIndexOutOfRange}, which names cells with vertices that there aren't by the file's numbers.
+void check_cell_vertices(const MeshFile& file);
 
 }  // namespace ccslice

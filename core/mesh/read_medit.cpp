@@ -33,7 +33,7 @@ class MeditReader {
       throw Error(ErrorCode::kMeshEmpty, "the file has no Hexahedra, Tetrahedra or Prisms; " + kNeedsVolumeCells);
     }
     high_order_.finish(file_);
-    check_cell_vertices(file_.mesh);
+    check_cell_vertices(file_);
     file_.numbers.vertices.resize(file_.mesh.vertex_count());
     std::iota(file_.numbers.vertices.begin(), file_.numbers.vertices.end(), std::uint64_t{1});
     leave_out_unused_vertices(unfit_, scanner_, file_);

@@ -229,7 +229,7 @@ class VtkReader {
     if (file_.mesh.cell_kinds.empty()) {
       throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; " + kNeedsVolumeCells);
     }
-    check_cell_vertices(file_.mesh);
+    check_cell_vertices(file_);
   }
 
   /// Drops the numbers of cells that were left out, and arrays that don't fit the cells.

@@ -110,7 +110,8 @@ TEST_F(CommandLine, CellRegionsArePrintedByTheirOwnMaps) {
   EXPECT_TRUE(std::filesystem::exists(path("p") + "/layer_0000_materials.png"));
   EXPECT_THAT(with({"--map", "region:right=soft", "--map", "material:hard", "--force"}).err,
               HasSubstr("there is no cell region \"right\"; the mesh has \"left\", \"rest\""));
-  EXPECT_THAT(run({"info", mesh, "--regions-from", "left,both"}).err, HasSubstr("is in both 'left' and 'both'"));
+  EXPECT_THAT(run({"info", mesh, "--regions-from", "left,both"}).err,
+              HasSubstr("element 10 at (0.5, 0.5, 0.5) mm is in both 'left' and 'both'"));
 }
 
 TEST_F(CommandLine, ChannelsComeFromNumbersOfCells) {

@@ -111,8 +111,12 @@ TEST(ReadMedit, RefusesIdsThatDoNotExist) {
                "ids count from 1");
   expect_error([&] { read_medit(vertices + "Tetrahedra 2\n1 2 3 4 0\n1 2 3 5 0\n"); }, ErrorCode::kMeshIndexOutOfRange,
                "line 9: vertex id 5; the file has 4 vertices");
-  expect_error([&] { read_medit("MeshVersionFormatted 1\nTetrahedra 1\n1 2 3 5 0\n" + vertices.substr(23)); },
-               ErrorCode::kMeshIndexOutOfRange, "cells 0 (from 0)");
+  expect_error(
+      [&] {
+        read_medit("MeshVersionFormatted 1\nPrisms 1\n1 2 3 1 2 3 0\nTetrahedra 3\n1 2 3 4 0\n1 2 3 5 0\n1 2 6 4 0\n" +
+                   vertices.substr(23));
+      },
+      ErrorCode::kMeshIndexOutOfRange, "the file has 4 vertices, and others are named in cells 2, 3");
   expect_error([&] { read_medit(vertices + "Tetrahedra 1\n1 2 3 99999999999 0\n"); }, ErrorCode::kMeshIndexOutOfRange,
                "99999999999");
 }

@@ -139,7 +139,7 @@ TEST(ReadVtk, RefusesCellsThatDoNotFitTogether) {
   expect_error([] { read_vtk(kHead + kPoints + "CELLS 1 9\n8 0 1 2 3 4 5 6 8\nCELL_TYPES 1\n12\n"); },
                ErrorCode::kMeshIndexOutOfRange, "line 9: point id 8; the file has 8 points");
   expect_error([] { read_vtk(kHead + "CELLS 1 9\n8 0 1 2 3 4 5 6 8\nCELL_TYPES 1\n12\n" + kPoints); },
-               ErrorCode::kMeshIndexOutOfRange, "cells 0");
+               ErrorCode::kMeshIndexOutOfRange, "the file has 8 vertices, and others are named in cell 0");
   expect_error([] { read_vtk(kHead + kPoints + kHex + "POINT_DATA 7\nSCALARS a float\n1 2 3 4 5 6 7\n"); },
                ErrorCode::kFileSyntax, "POINT_DATA of 7 points; the file has 8");
 }
