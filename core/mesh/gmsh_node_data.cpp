@@ -79,9 +79,14 @@ void GmshNodeData::add_field(const Field& field, const Used& used_ones, const No
   const auto& [corners, used] = used_ones;
   std::vector<std::uint32_t> row_of(used.size(), kNoRow);
   std::vector<bool> used_rows(field.tags.size(), false);
+  std::size_t disagreeing = 0;
   for (std::size_t row = 0; row < field.tags.size(); ++row) {
     const std::optional<std::uint32_t> vertex = nodes.index_of(field.tags[row]);
     if (!vertex) continue;
+    const std::uint32_t before = row_of[*vertex];
+    disagreeing += before != kNoRow && std::ranges::any_of(field.channels, [&](const NamedChannel& channel) {
+                     return channel.values[before] != channel.values[row];
+                   });
     row_of[*vertex] = static_cast<std::uint32_t>(row);
     used_rows[row] = used[*vertex];
   }
@@ -93,6 +98,11 @@ void GmshNodeData::add_field(const Field& field, const Used& used_ones, const No
     return;
   }
   field.unfit.throw_if_used(used_rows, text);
+  if (disagreeing > 0) {
+    file.warnings.push_back("field '" + printable(field.channels[0].name) +
+                            "' has other values for nodes that have one already, " + std::to_string(disagreeing) +
+                            " in all: the last value of a node is taken");
+  }
   std::vector<NamedChannel> channels;
   for (const NamedChannel& channel : field.channels) {
     NamedChannel& made = channels.emplace_back(NamedChannel{channel.name, {}});

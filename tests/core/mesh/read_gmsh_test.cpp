@@ -202,6 +202,10 @@ TEST(ReadGmsh, TakesFieldsInPartitions) {
   EXPECT_TRUE(file.warnings.empty());
   EXPECT_THAT(read_gmsh(kTet + first + replaced(second, "4\n3\n", "4\n8\n")).warnings,
               ElementsAre(HasSubstr("comes again for another time"), HasSubstr("2 vertices have no value")));
+  const MeshFile shared = read_gmsh(kTet + first + second + field(3, "7 2\n10 8\n"));
+  EXPECT_THAT(shared.mesh.channel_values, ElementsAre(1, 8, 2, 4));
+  EXPECT_THAT(shared.warnings, ElementsAre("field 'heat' has other values for nodes that have one already, 1 in all: "
+                                           "the last value of a node is taken"));
 }
 
 TEST(ReadGmsh, TakesCellsOfSecondOrderByTheirCorners) {
