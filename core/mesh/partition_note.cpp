@@ -3,6 +3,7 @@
 
 #include "core/mesh/partition_note.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -21,14 +22,16 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostFiles = 10'000, kMostPvtu = 20, kMostPvtuBytes = 1 << 20;
 
-/// The first files of a folder. Nothing where it can't be listed.
+/// The first files of a folder, by name. Nothing where it can't be listed.
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code status;
   for (fs::directory_iterator entry(folder, status), end; !status && entry != end && files.size() < kMostFiles;
        entry.increment(status)) {
-    files.push_back(entry->path());
+    std::error_code unknown;  // A pipe would wait for its other end.
+    if (entry->is_regular_file(unknown)) files.push_back(entry->path());
   }
+  std::ranges::sort(files);
   return files;
 }
 

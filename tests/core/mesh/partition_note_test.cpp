@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -43,6 +44,12 @@ TEST_F(PartitionNote, NamesThePvtuThatHasThePiece) {
   EXPECT_TRUE(notes_of("pieces/c.vtu").empty()) << "not in it";
   write("part.pvtu", "<Piece Source=\"pieces/a.vtu\"/>");
   EXPECT_TRUE(notes_of("pieces/a.vtu").empty()) << "the only one";
+}
+
+TEST_F(PartitionNote, NamesTheFirstByNameAndWaitsForNoPipe) {
+  for (int piece = 9; piece >= 0; --piece) write("part_" + std::to_string(piece) + ".vtu");
+  ASSERT_EQ(mkfifo((folder_ / "part.pvtu").c_str(), 0600), 0);
+  EXPECT_THAT(notes_of("part_5.vtu"), testing::ElementsAre(testing::HasSubstr("'part_0.vtu' stands beside it")));
 }
 
 TEST_F(PartitionNote, NamesFilesThatDifferByTheirNumber) {
