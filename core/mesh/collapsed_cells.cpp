@@ -22,6 +22,7 @@
 #include "core/mesh/mid_nodes.h"
 #include "core/mesh/point_clusters.h"
 #include "core/mesh/polyhedra.h"
+#include "core/mesh/renumber_text.h"
 
 namespace ccslice {
 namespace {
@@ -231,9 +232,7 @@ class Resolver {
     return sorted_ends(ends.front(), ends.back());
   }
 
-  std::string number_of(std::uint32_t cell) const {
-    return std::to_string(file_.numbers.cells.empty() ? cell : file_.numbers.cells[cell]);
-  }
+  std::string number_of(std::uint32_t cell) const { return std::to_string(file_cell(file_.numbers, cell)); }
 
   /// Names each quadrilateral that can't be halved, by the cell that would be and the one beyond.
   void refuse_cells_beyond() const {
