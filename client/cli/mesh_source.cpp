@@ -360,6 +360,7 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
   const bool contract = mesh_file_kind(bytes) == MeshFileKind::kUnknown;
   MeshFile file = read_any(bytes, options.mesh);
   const bool allows_folds = file.mesh.allow_folds;
+  const bool leaves_nodes_out = !file.mesh.as_meshed && !file.mesh.mid_nodes.empty();
   const bool joined =
       in_file_numbers(file.numbers, file.mesh, [&] { return merge_and_mark(options, changes, contract, file); });
   LoadedMesh loaded;
@@ -373,7 +374,7 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
   warn_of_size(options.size, options.scale, loaded.mesh, loaded.warnings);
   // A .ccmesh that is taken as it is keeps its bytes, and so its id.
   const bool as_it_is = contract && !is_json(bytes) && !changes_mesh(options, changes) && !joined && !was_split &&
-                        loaded.mesh.allow_folds == allows_folds;
+                        !leaves_nodes_out && loaded.mesh.allow_folds == allows_folds;
   loaded.bytes = std::make_shared<const client::MeshBytes>(
       as_it_is ? client::MeshBytes::from_serialized(std::move(bytes)) : client::MeshBytes(to_proto(loaded.mesh)));
   return loaded;

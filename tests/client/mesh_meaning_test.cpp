@@ -74,9 +74,11 @@ TEST_F(MeantFile, AsMeshedIsSizedAndGradedWithItsMidNodes) {
 TEST_F(MeantFile, ControlMeshesHaveNoMidNodes) {
   ControlMesh mesh = oracle::box_mesh(1, 1, 1, 10);
   oracle::add_random_mid_nodes(0, false, 1, mesh);
+  const std::string with_nodes = load_mesh({.mesh = file_of(mesh)}).bytes->id();
   std::vector<std::string> notes;
   take_as(false, mesh, notes);
   EXPECT_TRUE(mesh.mid_nodes.empty());
+  EXPECT_EQ(load_mesh({.mesh = file_of(mesh)}).bytes->id(), with_nodes) << "servers get none either";
   EXPECT_THAT(notes, ElementsAre(HasSubstr("12 nodes between corners are left out; --as-meshed keeps them")));
 }
 
