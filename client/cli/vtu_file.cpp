@@ -4,10 +4,10 @@
 #include "client/cli/vtu_file.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstring>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -95,13 +95,9 @@ void add_cells(XmlWriter& xml, const std::vector<std::int64_t>& points, const Si
 /// out.
 std::vector<std::int64_t> edge_nodes(const ControlMesh& mesh, CellKind kind, std::span<const std::uint32_t> corners) {
   std::vector<std::int64_t> points;
-  const auto& edges = mesh.mid_nodes.edges;
   for (const auto& [a, b] : mid_edges(kind)) {
-    const auto [first, last] = std::minmax(corners[a], corners[b]);
-    const std::array<std::uint32_t, 2> edge = {first, last};
-    const auto found = std::ranges::lower_bound(edges, edge);
-    if (found == edges.end() || *found != edge) continue;
-    points.push_back(static_cast<std::int64_t>(mesh.vertex_count()) + (found - edges.begin()));
+    const std::optional<std::size_t> node = edge_node(mesh.mid_nodes, {corners[a], corners[b]});
+    if (node) points.push_back(static_cast<std::int64_t>(mesh.vertex_count() + *node));
   }
   return points;
 }
