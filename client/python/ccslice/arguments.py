@@ -12,7 +12,10 @@ def refuse_masked(name: str, array: Any) -> None:
     parts = array if isinstance(array, (list, tuple)) else ()
     if not isinstance(array, np.ma.MaskedArray) and not any(isinstance(part, np.ma.MaskedArray) for part in parts):
         return
-    mask = np.ma.getmaskarray(np.ma.array(array))
+    try:
+        mask = np.ma.getmaskarray(np.ma.array(array))
+    except ValueError:  # Rows of several lengths, which nothing takes.
+        return
     if mask.any():
         place = [int(index) for index in np.argwhere(mask)[0]]
         raise ValueError(f"{name} holds {int(mask.sum())} masked value{'s' if mask.sum() > 1 else ''}, the first at "

@@ -60,7 +60,7 @@ def _triple(name: str, value: Any) -> Tuple[float, float, float]:
 
 def _counts(name: str, value: Any) -> Tuple[int, int, int]:
     numbers = triple(name, value)
-    if not np.array_equal(numbers, np.floor(numbers)):
+    if not np.isfinite(numbers).all() or not np.array_equal(numbers, np.floor(numbers)):
         raise ValueError(f"{name} takes whole numbers, not {value!r}")
     return int(numbers[0]), int(numbers[1]), int(numbers[2])
 

@@ -426,7 +426,8 @@ class WrongArguments(unittest.TestCase):
                              lambda: list(client.slice(mesh, 1, layers=layers)))
             self.refused("region_mm takes two corners", lambda: client.plan(mesh, 1, region_mm=(1, 2, 3)))
             self.refused("region_mm takes three numbers", lambda: client.plan(mesh, 1, region_mm=((1, 2), (3, 4, 5))))
-            self.refused("extent takes whole numbers", lambda: client.plan(mesh, 1, extent=(2.5, 1, 1)))
+            for count in (2.5, np.inf, np.nan):
+                self.refused("extent takes whole numbers", lambda: client.plan(mesh, 1, extent=(count, 1, 1)))
             self.refused("pitch takes three numbers, or one for all, not 'thin'", lambda: client.plan(mesh, "thin"))
             self.refused("pitch holds 1 masked", lambda: client.plan(mesh, np.ma.array([1, 1, 1], mask=[0, 0, 1])))
             self.refused("value_ranges['g'] takes two numbers",
@@ -436,6 +437,8 @@ class WrongArguments(unittest.TestCase):
             self.refused("channels is empty", lambda: client.plan(mesh, 1, outside=1))
             self.refused("placement holds 1 masked",
                          lambda: client.plan(mesh, 1, placement=np.ma.array(np.eye(4), mask=np.eye(4) * [0, 0, 1, 0])))
+            rows = [np.ma.array([1, 2], mask=[0, 1]), np.ma.array([1, 2, 3])]
+            self.refused("points_mm takes numbers of shape (n, 3)", lambda: client.probe(mesh, rows))
             self.refused("points_mm holds 3 masked", lambda: client.probe(mesh, np.ma.array([[1, 2, 3]], mask=True)))
             self.refused("limit_cells holds 1 masked",
                          lambda: client.evaluate(mesh, np.ma.array([0], mask=True), [[0.5, 0.5, 0.5]]))
