@@ -233,6 +233,8 @@ TEST(JoinPoints, NamesCellsThatBecomeFlatOrFold) {
                "-10 afterwards");
   allowed.allow_folds = true;
   EXPECT_EQ(join(allowed, 0.5).places, 1u);
+  thin.interpolating = true;
+  EXPECT_EQ(join(thin, 0.5).places, 1u) << "fitted control points may fold";
 }
 
 TEST(JoinPoints, SaysHowLongAChainIs) {
