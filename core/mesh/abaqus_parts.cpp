@@ -218,7 +218,8 @@ void AbaqusPlacer::add_instance(const AbaqusPart& part, std::size_t number, cons
     }
   }
   add_mid_nodes(part, first_vertex, first_cell, used);
-  if (const auto complaint = part.unfit.first_used(used)) {
+  if (const auto complaint =
+          part.unfit.first_used(used, {file_.numbers.vertex_noun, file_.numbers.cell_noun, numbers, {}})) {
     lines_.fail_at(complaint->mark, ErrorCode::kMeshNonFinite, complaint->message);
   }
   mesh.cell_kinds.insert(mesh.cell_kinds.end(), cells.kinds.begin(), cells.kinds.end());

@@ -97,7 +97,7 @@ void GmshNodeData::add_field(const Field& field, const Used& used_ones, const No
                             "' left out: " + std::to_string(lacking) + " vertices have no value in it");
     return;
   }
-  field.unfit.throw_if_used(used_rows, text);
+  field.unfit.throw_if_used(used_rows, {file.numbers.vertex_noun, file.numbers.cell_noun, field.tags, {}}, text);
   if (disagreeing > 0) {
     file.warnings.push_back("field '" + printable(field.channels[0].name) +
                             "' has other values for nodes that have one already, " + std::to_string(disagreeing) +

@@ -11,12 +11,13 @@
 #include "core/base/error.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/mid_nodes.h"
+#include "core/mesh/renumber_text.h"
 
 namespace ccslice {
 
 double UnfitNumbers::coordinate(double value, std::size_t vertex, std::string_view what, std::uint64_t mark,
                                 std::string_view token) {
-  if (!std::isfinite(value)) numbers_.push_back({vertex, mark, token, what, "is not a finite number"});
+  if (!std::isfinite(value)) add({vertex, mark, token, what, "is not a finite number"});
   return value;
 }
 
@@ -27,9 +28,7 @@ double UnfitNumbers::coordinate(double value, std::size_t vertex, std::string_vi
 float UnfitNumbers::value(double value, std::size_t vertex, std::string_view what, std::uint64_t mark,
                           std::string_view token) {
   const auto narrow = static_cast<float>(value);
-  if (!std::isfinite(narrow)) {
-    numbers_.push_back({vertex, mark, token, what, "is not finite, or too large for a float"});
-  }
+  if (!std::isfinite(narrow)) add({vertex, mark, token, what, "is not finite, or too large for a float"});
   return narrow;
 }
 
@@ -37,18 +36,24 @@ float UnfitNumbers::value(double value, std::size_t vertex, std::string_view wha
   return this->value(value, vertex, what, scanner.mark(), scanner.token());
 }
 
-std::optional<UnfitNumbers::Complaint> UnfitNumbers::first_used(const std::vector<bool>& used) const {
+void UnfitNumbers::add(const Number& number) {
+  if (numbers_.empty() || numbers_.back().vertex != number.vertex) numbers_.push_back(number);
+}
+
+std::optional<UnfitNumbers::Complaint> UnfitNumbers::first_used(const std::vector<bool>& used,
+                                                                const FileNumbers& numbers) const {
   const auto found = std::ranges::find_if(
       numbers_, [&](const Number& number) { return number.vertex < used.size() && used[number.vertex]; });
   if (found == numbers_.end()) return std::nullopt;
   std::string text = found->token.empty() ? "" : in_quotes(printable(found->token)) + ", ";
-  text.append(found->what).append(" of vertex ").append(std::to_string(found->vertex));
-  text.append(" (from 0), ").append(found->why);
+  text.append(found->what).append(" of ").append(numbers.vertex_noun).append(" ");
+  text.append(std::to_string(file_vertex(numbers, found->vertex))).append(", ").append(found->why);
   return Complaint{found->mark, text};
 }
 
-void UnfitNumbers::throw_if_used(const std::vector<bool>& used, const TextScanner& scanner) const {
-  if (const auto complaint = first_used(used)) {
+void UnfitNumbers::throw_if_used(const std::vector<bool>& used, const FileNumbers& numbers,
+                                 const TextScanner& scanner) const {
+  if (const auto complaint = first_used(used, numbers)) {
     scanner.fail_at(complaint->mark, ErrorCode::kMeshNonFinite, complaint->message);
   }
 }
@@ -70,7 +75,7 @@ std::vector<bool> used_nodes(const MeshFile& file) {
 void leave_out_unused_vertices(const UnfitNumbers& unfit, const TextScanner& scanner, MeshFile& file) {
   ControlMesh& mesh = file.mesh;
   const std::vector<bool> used = used_vertices(mesh), known = used_nodes(file);
-  unfit.throw_if_used(known, scanner);
+  unfit.throw_if_used(known, file.numbers, scanner);
   take_mid_nodes(file);
   if (std::ranges::all_of(used, std::identity())) return;
   const std::size_t channels = mesh.channel_count();

@@ -43,10 +43,11 @@ class UnfitNumbers {
     std::uint64_t mark;
     std::string message;
   };
-  /// What to say of the first one, in the order of the calls, at a vertex that is used, if there is one.
-  std::optional<Complaint> first_used(const std::vector<bool>& used) const;
+  /// What to say of the first one, in the order of the calls, at a vertex that is used, if there is one. `numbers`: of
+  /// the vertices that the calls count.
+  std::optional<Complaint> first_used(const std::vector<bool>& used, const FileNumbers& numbers) const;
   /// Throws Error{kMeshNonFinite} at its place.
-  void throw_if_used(const std::vector<bool>& used, const TextScanner& scanner) const;
+  void throw_if_used(const std::vector<bool>& used, const FileNumbers& numbers, const TextScanner& scanner) const;
 
  private:
   struct Number {
@@ -54,6 +55,9 @@ class UnfitNumbers {
     std::uint64_t mark;
     std::string_view token, what, why;
   };
+  /// The first of a row at one vertex: it is what is said of them.
+  void add(const Number& number);
+
   std::vector<Number> numbers_;
 };
 

@@ -251,8 +251,8 @@ TEST(ReadAbaqus, NamesLineAndRemedy) {
   expect(kFourNodes + element + "1, 1, 2, 3", ErrorCode::kFileSyntax, "line 7: element 1 of type C3D4 has 3 nodes");
   expect(kFourNodes + element + "1, 1, 2, 3, 4, 5\n", ErrorCode::kFileSyntax, "has more than 4 nodes");
   expect(kFourNodes + element + "1, 1, 2, 3, 9\n", ErrorCode::kMeshIndexOutOfRange, "line 7: an element uses node 9");
-  expect("*NODE\n1, 0, nan, 0\n2, 1\n3, 0, 1\n4, 0, 0, 1\n" + element + "1, 1, 2, 3, 4\n", ErrorCode::kMeshNonFinite,
-         "line 2: 'nan', a coordinate of vertex 0");
+  expect("*NODE\n71, 0, nan, 0\n2, 1\n3, 0, 1\n4, 0, 0, 1\n" + element + "1, 71, 2, 3, 4\n", ErrorCode::kMeshNonFinite,
+         "line 2: 'nan', a coordinate of node 71, is");
   expect(element + "1, 1, 2, 3, 4\n", ErrorCode::kMeshEmpty, "*NODE");
   expect(kFourNodes + "*ELEMENT, TYPE=S3\n1, 1, 2, 3\n", ErrorCode::kMeshEmpty, "no solid elements");
   expect("*PART\n", ErrorCode::kFileSyntax, "NAME=...");

@@ -116,12 +116,12 @@ TEST(ReadExodus, NodesHaveToExist) {
 TEST(ReadExodus, NumbersThatNoVertexCanHaveAreNamed) {
   const std::string_view x22("\x40\x36\0\0\0\0\0\0", 8), nan("\x7f\xf8\0\0\0\0\0\0", 8), x17("\x40\x31\0\0\0\0\0\0", 8);
   expect_error([&] { read_exodus(with(classic(), x22, nan)); }, ErrorCode::kMeshNonFinite,
-               "a coordinate of vertex 10 (from 0), is not a finite number");
+               "a coordinate of node 11, is not a finite number");
   expect_error([&] { read_exodus(with(classic(), x17, nan)); }, ErrorCode::kMeshNonFinite,
-               "a coordinate of vertex 14 (from 0)");
+               "a coordinate of node 15, is");
   const std::string_view hard("\x40\x36\x80\0\0\0\0\0", 8), huge("\x7f\xe0\0\0\0\0\0\0", 8);
   expect_error([&] { read_exodus(with(classic(), hard, huge)); }, ErrorCode::kMeshNonFinite,
-               "a value of vertex 5 (from 0), is not finite, or too large for a float");
+               "a value of node 6, is not finite, or too large for a float");
 }
 
 }  // namespace

@@ -272,7 +272,7 @@ TEST(ReadGmsh, TakesAnyNumbersWhereNoCellIs) {
   EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 3, 2, 4));
   EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 vertex that no cell uses left out")));
   expect_error([&] { (void)read_gmsh(text + replaced(field, "10 3", "10 1e99")); }, ErrorCode::kMeshNonFinite,
-               "line 31: '1e99', a value of vertex 3");
+               "line 31: '1e99', a value of node 10, ");
 }
 
 TEST(ReadGmsh, LeavesOutFieldsWithLongNames) {

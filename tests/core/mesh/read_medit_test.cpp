@@ -92,7 +92,7 @@ TEST(ReadMedit, RefusesNumbersThatAreNotFinite) {
     const std::string text = std::string("MeshVersionFormatted 1\nVertices 4\n0 ") + bad +
                              " 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\nTetrahedra 1\n1 2 3 4 0\n";
     expect_error([&] { read_medit(text); }, ErrorCode::kMeshNonFinite,
-                 "line 3: '" + std::string(bad) + "', a coordinate of vertex 0 (from 0), is not a finite number");
+                 "line 3: '" + std::string(bad) + "', a coordinate of vertex 1, is not a finite number");
   }
 }
 

@@ -219,8 +219,7 @@ TEST(ReadVtk, NamesTheByteInBinaryFiles) {
                  big_endian<std::int32_t>({0, 0, 0x7fc00000, 0, 0, 0, 0, 0, 0, 0, 0, 0}) + kBinaryTet);
       },
       ErrorCode::kMeshNonFinite,
-      byte(kBinaryHead + "POINTS 4 float\n" + std::string(8, ' ')) +
-          "a coordinate of vertex 0 (from 0), is not a finite number");
+      byte(kBinaryHead + "POINTS 4 float\n" + std::string(8, ' ')) + "a coordinate of point 0, is not a finite number");
   const std::string whole = before + kBinaryTet;
   expect_error(
       [&] {

@@ -248,7 +248,7 @@ TEST(ReadVtu, TakesAnyNumbersWhereNoCellIs) {
   EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 vertex that no cell uses left out")));
   const std::string used = with_replaced(text, "0 1 2 3\n", "4 1 2 3\n");
   expect_error([&] { read_vtu(used); }, ErrorCode::kMeshNonFinite,
-               "byte " + std::to_string(used.find("nan")) + ": 'nan', a coordinate of vertex 4");
+               "byte " + std::to_string(used.find("nan")) + ": 'nan', a coordinate of point 4, is");
 }
 
 void expect(const std::string& text, ErrorCode code, const std::string& part) {

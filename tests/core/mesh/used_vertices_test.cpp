@@ -45,10 +45,11 @@ TEST(UsedVertices, AloneHaveToHaveFiniteNumbers) {
   unfit.coordinate(scanner.any_real(""), 3, "a coordinate", scanner);
   EXPECT_EQ(unfit.coordinate(1.5, 4, "a coordinate", scanner), 1.5);
   EXPECT_EQ(unfit.value(2.5, 4, "a value", scanner), 2.5f);
-  EXPECT_NO_THROW(unfit.throw_if_used(used_vertices(file.mesh), scanner));
+  EXPECT_NO_THROW(unfit.throw_if_used(used_vertices(file.mesh), {}, scanner));
   EXPECT_EQ(unfit.value(scanner.any_real(""), 4, "a value", scanner), std::numeric_limits<float>::infinity());
+  file.numbers = {"node", "element", {7, 7, 7, 7, 900, 7}, {}};
   expect_error([&] { leave_out_unused_vertices(unfit, scanner, file); }, ErrorCode::kMeshNonFinite,
-               "line 2: '1e39', a value of vertex 4 (from 0), is not finite, or too large for a float");
+               "line 2: '1e39', a value of node 900, is not finite, or too large for a float");
   EXPECT_EQ(file.mesh.vertex_count(), 6u);
 }
 
