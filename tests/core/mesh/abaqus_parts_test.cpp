@@ -50,13 +50,14 @@ TEST(AbaqusParts, HaveCellsBetweenFacesThatArePartOfTheVolumeIfTheyAreThick) {
 }
 
 TEST(AbaqusParts, CountCellsThatAreFlat) {
-  // The first axis of a hexahedron that is stacked along it.
-  const std::string along_u = "*ELEMENT, TYPE=COH3D8\n504, 5, 11, 14, 8, 6, 12, 13, 7\n";
+  // The other axes of hexahedra that are stacked along them.
+  const std::string others =
+      "*ELEMENT, TYPE=COH3D8\n504, 5, 11, 14, 8, 6, 12, 13, 7\n506, 5, 6, 12, 11, 8, 7, 13, 14\n";
   const MeshFile file =
-      read_abaqus(two_cubes(0) + kCohesive + along_u + "*ELEMENT, TYPE=GK3D6\n505, 5, 6, 7, 11, 12, 13\n");
+      read_abaqus(two_cubes(0) + kCohesive + others + "*ELEMENT, TYPE=GK3D6\n505, 5, 6, 7, 11, 12, 13\n");
   EXPECT_THAT(file.numbers.cells, ElementsAre(501, 503));
   EXPECT_EQ(file.mesh.cell_count(), 2u);
-  EXPECT_THAT(file.warnings, Contains(HasSubstr("2 elements of type COH3D8 left out: their faces lie on each other")));
+  EXPECT_THAT(file.warnings, Contains(HasSubstr("3 elements of type COH3D8 left out: their faces lie on each other")));
   EXPECT_THAT(file.warnings, Contains(HasSubstr("1 elements of type GK3D6 left out")));
   EXPECT_THAT(file.warnings, Contains("sets left out: GLUE"));
   const std::string text = two_cubes(0);

@@ -26,6 +26,7 @@ TEST(ConnectedParts, AreCountedWithThoseOfOneCell) {
 TEST(ConnectedParts, AreNearWhereTheirPointsAre) {
   ControlMesh mesh = with_own_points(box_mesh(3, 1, 1));
   for (std::size_t i = 8; i < 16; ++i) mesh.positions[i].y() += 0.001;
+  for (std::size_t i = 16; i < 24; ++i) mesh.positions[i].y() += 0.0015;
   const NearParts near = find_near_parts(mesh, 0.01);
   EXPECT_EQ(near.count, 1u);
   EXPECT_NEAR(near.apart_mm, 0.001, 1e-12);

@@ -258,7 +258,7 @@ TEST(JoinPoints, TakesTagsNumbersAndMidNodesAlong) {
   mesh.sharp_edges = {{1, 2}, {11, 8}, {0, 1}};
   mesh.sharp_vertices = {1, 8, 0};
   mesh.interpolating = true;
-  mesh.missed_vertices = {{1, Vec3(1, 1, 1)}, {8, Vec3(1, 1, 1)}};
+  mesh.missed_vertices = {{1, Vec3(1, 1, 1)}, {2, Vec3(2, 2, 2)}, {8, Vec3(1, 1, 1)}};
   mesh.mid_nodes.edges = {{1, 2}, {8, 11}};
   mesh.mid_nodes.positions = {{10, 5, 1}, {10, 5, 1}};
   FileNumbers numbers;
@@ -266,7 +266,9 @@ TEST(JoinPoints, TakesTagsNumbersAndMidNodesAlong) {
   const JoinReport report = join_points(0, mesh, numbers);
   EXPECT_THAT(mesh.sharp_edges, ElementsAre(ElementsAre(1, 2), ElementsAre(0, 1)));
   EXPECT_THAT(mesh.sharp_vertices, ElementsAre(1, 0));
-  ASSERT_EQ(mesh.missed_vertices.size(), 1u);
+  ASSERT_EQ(mesh.missed_vertices.size(), 2u);
+  EXPECT_EQ(mesh.missed_vertices[0].vertex, 1u);
+  EXPECT_EQ(mesh.missed_vertices[1].vertex, 2u);
   EXPECT_THAT(numbers.vertices, ElementsAre(900, 901, 902, 903, 904, 905, 906, 907, 909, 910, 913, 914));
   EXPECT_THAT(mesh.mid_nodes.edges, ElementsAre(ElementsAre(1, 2)));
   EXPECT_EQ(report.bent_edges, 0u);

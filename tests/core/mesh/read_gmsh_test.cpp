@@ -242,6 +242,23 @@ TEST(ReadGmsh, GivesNodesBetweenCornersTheMeanOfTheCornersWhereTheyLackAValue) {
   EXPECT_THAT(file.mesh.mid_nodes.values, ElementsAre(7, 2.5, 4.5, 3, 5, 6));
 }
 
+TEST(ReadGmsh, GivesNodesOfFacesAndInsideTheMeanOfTheirCornersToo) {
+  std::string nodes, tags, values;
+  for (int n = 1; n <= 27; ++n) {
+    nodes += std::to_string(n) + " " + std::to_string(n) + " 0 0\n";
+    tags += " " + std::to_string(n);
+    if (n <= 8) values += std::to_string(n) + " " + std::to_string(1 << (n - 1)) + "\n";
+  }
+  const MeshFile file =
+      read_gmsh("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n27\n" + nodes + "$EndNodes\n$Elements\n1\n1 12 2 0 1" +
+                tags + "\n$EndElements\n$NodeData\n1\n\"heat\"\n1\n0\n3\n0\n1\n8\n" + values + "$EndNodeData\n");
+  const std::vector<float>& values_of_nodes = file.mesh.mid_nodes.values;
+  ASSERT_EQ(values_of_nodes.size(), 19u);
+  // Corners 0 1 2 3, 0 1 4 5, 0 3 4 7, 1 2 5 6, 2 3 6 7, 4 5 6 7, then all.
+  EXPECT_THAT(std::vector(values_of_nodes.begin() + 12, values_of_nodes.end()),
+              ElementsAre(15 / 4.0f, 51 / 4.0f, 153 / 4.0f, 102 / 4.0f, 204 / 4.0f, 240 / 4.0f, 255 / 8.0f));
+}
+
 TEST(ReadGmsh, RefusesNodesBetweenCornersThatAreNone) {
   std::string text =
       replaced(kTet, "1 4 3 0 1 -2 10 7 1000000000007 4", "1 11 0 10 7 1000000000007 4 10 10 10 10 10 5");

@@ -88,7 +88,7 @@ std::string with_cell_data(const std::string& piece, const std::string& data) {
 TEST(ReadVtu, KeepsNumbersOfCells) {
   const std::string first = with_cell_data(
       piece(4, kTetPoints, 3, "0 1 2 0 1 2 3 0 1 2 3", "3 7 11", "5 10 10", ""),
-      array("part", "Float64", "1 2 -3") + array("rank", "Int32", "4 5 6") + array("vtkGhostType", "UInt8", "0 0 1"));
+      array("part", "Float64", "1 2 -3") + array("rank", "Int32", "4 5 6") + array("vtkGhostType", "UInt8", "0 2 1"));
   const std::string second = with_cell_data(piece(4, "5 0 0  6 0 0  5 1 0  5 0 1", 1, "0 1 2 3", "4", "10", ""),
                                             array("late", "Int32", "1") + array("part", "Int8", "9"));
   const MeshFile one = read_vtu(whole(first));

@@ -7,8 +7,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <set>
 #include <vector>
@@ -150,6 +152,27 @@ TEST(SplitTouching, MakesASolidOfTetrahedraThatAThresholdLeft) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     expect_split(mesh);
   }
+}
+
+// The second fan at a vertex is a band, which two cavities leave between them.
+TEST(SplitTouching, CutsEveryFanThatIsNoDisc) {
+  ControlMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 9}, {0, 1, 9}, {-1, -1, 9}};
+  for (int i = 0; i < 8; ++i) {  // Places above the equator and below it, in turns.
+    const double angle = i * std::numbers::pi / 4;
+    mesh.positions.emplace_back(5 * std::cos(angle), 5 * std::sin(angle), i % 2 == 0 ? 3 : -3);
+  }
+  mesh.cell_vertices = {0, 1, 2, 3};
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    const std::uint32_t next = 4 + (i + 1) % 8, last = 4 + (i + 2) % 8;
+    const auto band = i % 2 == 0 ? std::array{0u, 4 + i, next, last} : std::array{0u, 4 + i, last, next};
+    mesh.cell_vertices.insert(mesh.cell_vertices.end(), band.begin(), band.end());
+  }
+  mesh.cell_kinds.assign(9, CellKind::kTet);
+  const SplitReport report = expect_split(mesh);
+  EXPECT_EQ(report.vertices, 1u);
+  EXPECT_EQ(report.faces, 2u);
+  EXPECT_EQ(mesh.cell_vertices[0], 0u) << "the first fan keeps the vertex";
 }
 
 TEST(SplitTouching, TakesTagsValuesAndNumbersAlong) {
