@@ -62,6 +62,10 @@ TEST(AbaqusSets, AreAllElementsOfAnInstance) {
                       "*END INSTANCE\n*INSTANCE, NAME=d, PART=p, ELSET=both\n*END INSTANCE\n" +
                       "*ELSET, ELSET=ALL, INSTANCE=b\n0, 2\n*END ASSEMBLY\n"),
               ElementsAre(Pair("ALL", ElementsAre(0, 1, 2, 3, 5)), Pair("both", ElementsAre(6, 7, 8, 9, 10, 11))));
+  EXPECT_THAT(sets_of("*PART, NAME=p\n" + kNodes + "*ELEMENT, TYPE=C3D4\n9007199254740992, 1, 2, 3, 4\n*END PART\n" +
+                      "*ASSEMBLY, NAME=x\n*INSTANCE, NAME=a, PART=p, ELSET=all\n*END INSTANCE\n*END ASSEMBLY\n"),
+              ElementsAre(Pair("all", ElementsAre(0))))
+      << "of any number";
 }
 
 TEST(AbaqusSets, TakeMaterialsOfAllSectionsOfSolids) {

@@ -113,6 +113,24 @@ TEST(ReadExodus, NodesHaveToExist) {
                "uses node 18; the file has nodes 1 to 17");
 }
 
+TEST(ReadExodus, HasTheFilesOwnNumbersIfTheyCount) {
+  const std::string mapped = read_file_bytes(CCSLICE_TEST_DATA_DIR "/meshes/second_order.e", 1 << 20);
+  const std::string_view map("\0\0\1\xf5\0\0\1\xf6\0\0\1\xf7", 12);
+  const MeshFile file = read_exodus(mapped);
+  EXPECT_THAT(file.numbers.cells, ElementsAre(501, 502, 503));
+  EXPECT_EQ(file.numbers.vertices.front(), 10u);
+  EXPECT_TRUE(file.warnings.empty());
+  for (const char last : {'\0', '\xff'}) {
+    const std::string number(4, last);  // 0 and -1.
+    const MeshFile counted = read_exodus(with(mapped, map, std::string(map.substr(0, 8)) + number));
+    EXPECT_THAT(counted.numbers.cells, ElementsAre(1, 2, 3));
+    EXPECT_THAT(counted.warnings, ElementsAre(HasSubstr("numbers in 'elem_num_map' left out, messages count from 1")));
+  }
+  const MeshFile without = read_exodus(classic());
+  EXPECT_EQ(without.numbers.cells.front(), 2u) << "behind a shell";
+  EXPECT_EQ(without.numbers.vertices.front(), 1u);
+}
+
 TEST(ReadExodus, NumbersThatNoVertexCanHaveAreNamed) {
   const std::string_view x22("\x40\x36\0\0\0\0\0\0", 8), nan("\x7f\xf8\0\0\0\0\0\0", 8), x17("\x40\x31\0\0\0\0\0\0", 8);
   expect_error([&] { read_exodus(with(classic(), x22, nan)); }, ErrorCode::kMeshNonFinite,
