@@ -20,6 +20,29 @@ namespace {
 
 using oracle::box_mesh;
 
+/// Cells in a row, with gaps between them, each so many times.
+ControlMesh repeated_cells(int cells, int times) {
+  ControlMesh mesh = box_mesh(2 * cells, 1, 1, 10, [](int x, int, int) { return x % 2 == 0; });
+  const std::vector<std::uint32_t> once = mesh.cell_vertices;
+  for (int time = 1; time < times; ++time) {
+    mesh.cell_vertices.insert(mesh.cell_vertices.end(), once.begin(), once.end());
+    mesh.cell_kinds.insert(mesh.cell_kinds.end(), static_cast<std::size_t>(cells), CellKind::kHex);
+  }
+  return mesh;
+}
+
+TEST(Validate, CountsCellsThatComeAgain) {
+  const auto refused = [](int cells, int times, ErrorCode code, const std::string& text) {
+    ControlMesh mesh = repeated_cells(cells, times);
+    expect_error([&] { validate(mesh); }, code, text);
+  };
+  refused(1, 2, ErrorCode::kMeshSharedFaces, "valence 2; merge");
+  refused(2, 2, ErrorCode::kMeshSharedFaces,
+          "cells 0 and 2 share more than one face: the edge between those faces has valence 2, and so do two others;");
+  refused(3, 2, ErrorCode::kMeshSharedFaces, "valence 2, and so do 2 more pairs; merge");
+  refused(1, 3, ErrorCode::kMeshNonManifoldFace, "cells 0, 1 and 2 share one face, and there are 5 more such faces; a");
+}
+
 TEST(Validate, AcceptsEveryMeshOfTheCatalogue) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
     ControlMesh copy = mesh;
