@@ -65,8 +65,14 @@ void ShellSearch::search(LimitCellId cell, const CellPiece& piece, std::size_t s
   const auto [largest, at] = find_largest<2>(
       [&](const Vec3& place) { return find_error(cell, piece, on_triangles(piece, side, place.x(), place.y())); });
   finding_.compared += outside_;
+  const bool holds = largest <= (evaluated_.spec.proved ? 1 : kMostOfSampled);
+  if (!holds && truths_.overlaps_another(cell)) {
+    ++finding_.excused;
+    ++finding_.overlapped;
+    return;
+  }
   finding_.worst = std::max(largest, finding_.worst);
-  if (largest <= (evaluated_.spec.proved ? 1 : kMostOfSampled) || ++finding_.failed > 1) return;
+  if (holds || ++finding_.failed > 1) return;
   const Vec3 voxel = on_triangles(piece, side, at.x(), at.y());
   finding_.where = "cell " + std::to_string(cell) + ", triangles of side " + std::to_string(side) +
                    " of the piece about " + vector_text(piece.parameters.uvw) + ": " + number(largest) +

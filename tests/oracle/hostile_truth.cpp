@@ -67,6 +67,8 @@ std::optional<VoxelTruth> TruthFinder::find(const Vec3& world) {
   } else if (truth.residual_mm > accept_mm_) {
     truth.place = VoxelPlace::kOff;
     take_nearest(point, truth);
+  } else if (is_inside_another(point, truth.at.cell)) {
+    truth.place = VoxelPlace::kOverlap;
   }
   truth.values = values_at(truth.at);
   return truth;
@@ -76,6 +78,30 @@ bool TruthFinder::may_fold(const Box3& box) const {
   const CellIndex& index = solid_->index();
   return std::ranges::any_of(index.fold_cells,
                              [&](LimitCellId cell) { return index.cell_boxes.box(cell).intersects(box); });
+}
+
+bool TruthFinder::overlaps_another(LimitCellId cell) {
+  for (int place = 0; place < 125; ++place) {
+    const Vec3 uvw = Vec3(place % 5, place / 5 % 5, place / 25) / 4;
+    if (is_inside_another(inverter_.evaluator().geo({cell, uvw}), cell)) return true;
+  }
+  return false;
+}
+
+/// A cell besides this one holds the point well within its sides. Found the slow way: from the middle of each cell's
+/// eighths.
+bool TruthFinder::is_inside_another(const Vec3& point, LimitCellId cell) {
+  constexpr double kFromSides = 1e-3;
+  const auto holds = [&](LimitCellId other) {
+    for (int eighth = 0; eighth < 8; ++eighth) {
+      CellParam at{other, Vec3(0.25 + 0.5 * (eighth & 1), 0.25 + 0.5 * (eighth >> 1 & 1), 0.25 + 0.5 * (eighth >> 2))};
+      if (polish(point, at) > accept_mm_) continue;
+      return at.uvw.minCoeff() > kFromSides && at.uvw.maxCoeff() < 1 - kFromSides;
+    }
+    return false;
+  };
+  return solid_->index().cell_boxes.any_meeting(
+      Box3(point, point), [&](std::uint32_t item) { return item != cell && holds(LimitCellId{item}); });
 }
 
 /// Where another place is as near, there is no telling which a voxel takes.

@@ -25,7 +25,7 @@ enum class VoxelPlace : std::uint8_t {
   kOff,        // Inside the contours, whose tolerance reaches over the solid's boundary.
   kAmbiguous,  // The solid may fold here, or overlap: there may be several parameters.
   kNowhere,    // No parameter was found.
-  kOverlap,    // As kAmbiguous, and no cell near it may fold: cells overlap that don't touch.
+  kOverlap,    // Cells overlap, and none near it may fold. Those that touch aren't looked for by the solid.
 };
 inline constexpr std::size_t kVoxelPlaces = 5;
 const char* to_text(VoxelPlace place);
@@ -57,12 +57,15 @@ class TruthFinder {
   std::vector<VoxelTruth> places_beyond_interfaces(const Vec3& world, const VoxelTruth& truth);
   /// A cell region comes as near to a voxel as `world_mm`, or by that farther than the place of `truth`.
   bool region_is_near(std::uint8_t region, const Vec3& world, const VoxelTruth& truth, double world_mm);
+  /// Another cell holds some of 125 places of this one well within its sides.
+  bool overlaps_another(LimitCellId cell);
   std::uint8_t region_of(const VoxelTruth& truth) const { return region_of(truth.at.cell); }
 
  private:
   double polish(const Vec3& point, CellParam& at);
   void take_nearest(const Vec3& point, VoxelTruth& truth);
   bool may_fold(const Box3& box) const;
+  bool is_inside_another(const Vec3& point, LimitCellId cell);
   std::uint8_t region_of(LimitCellId cell) const { return solid_->region_of(solid_->control_cell(cell)); }
   std::vector<double> values_at(const CellParam& at);
 
