@@ -176,7 +176,7 @@ bool is_loopback(const std::string& target) {
   if (target.starts_with("xds:")) return false;
   const std::vector<std::string> hosts = hosts_of(target);
   return !hosts.empty() && std::ranges::all_of(hosts, [](const std::string& host) {
-    return host == "localhost" || host.ends_with(".localhost") || is_loopback_number(host);
+    return host == "localhost" || is_loopback_number(host);
   });
 }
 

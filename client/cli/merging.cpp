@@ -92,6 +92,7 @@ void add_merge_options(CLI::App& command, MergeOptions& options) {
                                           "--units and before --size. Default: a billionth of the part's size; if all "
                                           "coordinates are single-precision numbers, also points that are neighbours "
                                           "among these; in a .ccmesh or its .json none")
+                              ->check([](const std::string& text) { return text.empty() ? "it needs a distance" : ""; })
                               ->group("Mesh");
   command
       .add_flag("--no-merge", options.no_merge,

@@ -217,6 +217,7 @@ TEST_F(MergingCommand, LeavesMeshesOfTheContractAsTheyAre) {
 TEST_F(MergingCommand, RefusesWrongDistances) {
   const std::string mesh = write("two.vtk", voxels({{0, 0, 0}, {1, 0, 0}}));
   EXPECT_THAT(run_alone({"info", mesh, "--merge-points", "near"}).err, HasSubstr("--merge-points"));
+  EXPECT_EQ(run_alone({"info", mesh, "--merge-points", ""}).exit_code, cli::kExitUsage);
   const ProcessResult negative = run_alone({"info", mesh, "--merge-points=-1"});
   EXPECT_EQ(negative.exit_code, cli::kExitUsage);
   EXPECT_THAT(negative.err, HasSubstr("--merge-points takes a distance in mm, 0 or more, not '-1'"));

@@ -59,7 +59,7 @@ def is_loopback(target: str) -> bool:
         try:
             number = ipaddress.ip_address(host)
         except ValueError:
-            return host == "localhost" or host.endswith(".localhost")
+            return host == "localhost"
         return (getattr(number, "ipv4_mapped", None) or number).is_loopback
 
     if target.startswith(("unix:", "unix-abstract:")):
