@@ -34,12 +34,14 @@ double most_volume_change(const Deviation& deviation) {
   return deviation.interpolating && deviation.rounded.count == 0 ? 0.1 : 0.005;
 }
 
-/// `edges`: which ones are to be kept sharp. A fitted mesh can't be fitted once more.
+/// By what the mesh was made of. `edges`: which ones are to be kept sharp. A fitted mesh can't be fitted once more.
 std::string remedy_text(const std::string& edges, bool at_interface, bool interpolating) {
-  return " If that isn't meant, keep " + edges + " sharp (sharp_edges, or --sharp-angle" +
-         (at_interface ? " with --sharp-reentrant" : "") + " of ccslice), " +
-         (interpolating ? "or use a finer mesh"
-                        : "use a finer mesh, or control points fitted to the part (--interpolate of ccslice)");
+  const std::string finer = "keep " + edges + " sharp (sharp_edges, or --sharp-angle" +
+                            (at_interface ? " with --sharp-reentrant" : "") + " of ccslice), or use a finer mesh";
+  if (interpolating) return " If that isn't meant, " + finer;
+  return " If that isn't meant: for a mesh that was made of a CAD part give ccslice --part; for one of finite elements "
+         "--as-meshed (as_meshed); else " +
+         finer;
 }
 
 /// `step`: from the vertex to its limit point, in voxels and in mm.

@@ -142,9 +142,10 @@ TEST_F(PlanSlices, WarnsOfCellRegionsThatChange) {
   EXPECT_EQ(found->kind(), v1::PLAN_WARNING_KIND_DEVIATION);
   EXPECT_THAT(found->message(),
               testing::AllOf(HasSubstr("cell region 'core' is printed with 21.3 % less volume than its control cells, "
-                                       "and 1 more of 2 change likewise. If that isn't meant, keep edges of interfaces "
-                                       "sharp (sharp_edges, or --sharp-angle with --sharp-reentrant of ccslice)"),
-                             HasSubstr("--interpolate")));
+                                       "and 1 more of 2 change likewise. If that isn't meant: for a mesh that was made "
+                                       "of a CAD part give ccslice --part; "),
+                             HasSubstr("else keep edges of interfaces sharp (sharp_edges, or --sharp-angle with "
+                                       "--sharp-reentrant of ccslice), or use a finer mesh")));
   const auto whole = std::ranges::find_if_not(response_.warnings(), of_regions);
   ASSERT_NE(whole, response_.warnings().end());
   EXPECT_THAT(whole->message(),
@@ -217,8 +218,11 @@ TEST_F(PlanSlices, WarnsOfVolumesThatDifferWhateverThePitch) {
   ASSERT_EQ(response_.warnings_size(), 1);
   EXPECT_THAT(response_.warnings(0).message(),
               testing::AllOf(HasSubstr("% less volume than the control mesh"), HasSubstr("2.165 mm, 0.2406 voxels"),
-                             HasSubstr("keep edges sharp (sharp_edges, or --sharp-angle of ccslice)"),
-                             HasSubstr("finer mesh, or control points fitted to the part (--interpolate of ccslice)")));
+                             HasSubstr(". If that isn't meant: for a mesh that was made of a CAD part give ccslice "
+                                       "--part; for one of finite elements --as-meshed (as_meshed); else keep edges "
+                                       "sharp (sharp_edges, or --sharp-angle of ccslice), or use a finer mesh"),
+                             testing::Not(HasSubstr("--interpolate"))))
+      << "which is refused for such edges";
   ASSERT_EQ(response_.warnings(0).places_mm_size(), 1);
   EXPECT_EQ(response_.warnings(0).places_mm(0).SerializeAsString(),
             response_.deviation().farthest_vertex_mm().SerializeAsString());
