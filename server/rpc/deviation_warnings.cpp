@@ -84,14 +84,20 @@ void warn_of_whole(const SliceJob& job, const LimitSolid& solid, const Deviation
   if (deviation.rounded.count > 0) *warning.add_places_mm() = to_message(deviation.rounded.place);
 }
 
-/// Interfaces move like the boundary does, so a part may keep its volume while one of its regions doesn't.
+/// As a share of the mesh's.
+double volume_change(double limit_mm3, double control_mm3) { return (limit_mm3 - control_mm3) / std::abs(control_mm3); }
+
+/// Interfaces move like the boundary does, so a part may keep its volume while one of its regions doesn't. Regions that
+/// change as the whole does have its warning.
 void warn_of_cell_regions(const SolidSummary& solid, v1::PlanSlicesResponse& plan) {
   const double most = most_volume_change(solid.deviation);
+  const double whole = volume_change(solid.deviation.limit_volume_mm3, solid.deviation.control_volume_mm3);
+  const double told = std::abs(whole) > most ? whole : 0;
   const auto change = [](const CellRegionSummary& region) {
-    return std::abs(region.volume_mm3 - region.control_volume_mm3) / std::abs(region.control_volume_mm3);
+    return volume_change(region.volume_mm3, region.control_volume_mm3);
   };
   const auto changes = [&](const CellRegionSummary& region) {
-    return region.control_cells > 0 && change(region) > most;
+    return region.control_cells > 0 && std::abs(change(region)) > most && std::abs(change(region) - told) > most;
   };
   const std::vector<CellRegionSummary>& regions = solid.cell_regions;
   const auto count = std::ranges::count_if(regions, changes);
@@ -99,7 +105,7 @@ void warn_of_cell_regions(const SolidSummary& solid, v1::PlanSlicesResponse& pla
   if (count == 0 || used < 2) return;
   const CellRegionSummary* worst = nullptr;
   for (const CellRegionSummary& region : regions) {
-    if (changes(region) && (worst == nullptr || change(region) > change(*worst))) worst = &region;
+    if (changes(region) && (worst == nullptr || std::abs(change(region)) > std::abs(change(*worst)))) worst = &region;
   }
   const std::string others =
       count == 1 ? "" : ", and " + std::to_string(count - 1) + " more of " + std::to_string(used) + " change likewise";

@@ -159,6 +159,25 @@ TEST_F(PlanSlices, WarnsOfCellRegionsThatChange) {
   EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION)) << "one region is the whole";
 }
 
+// Two halves of a box whose edges get rounded alike.
+TEST_F(PlanSlices, SaysOnceThatTheWholeAndItsCellRegionsChangeAlike) {
+  v1::ControlMesh mesh = make_plain_block(2, 10);
+  for (const char* name : {"left", "right"}) mesh.add_cell_region_names(name);
+  const auto middle_x = [&](int cell) {
+    double middle = 0;
+    for (int i = 8 * cell; i < 8 * cell + 8; ++i) {
+      middle += mesh.positions_mm(3 * static_cast<int>(mesh.cell_vertices(i))) / 8;
+    }
+    return middle;
+  };
+  for (int cell = 0; cell < 8; ++cell) mesh.add_cell_regions(middle_x(cell) < 5 ? 0 : 1);
+  request_.set_mesh_id(server_.upload_good(mesh));
+  request_.set_smallest_feature_mm(0);
+  ASSERT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
+  EXPECT_EQ(response_.warnings_size(), 1) << response_.DebugString();
+  EXPECT_THAT(response_.warnings(0).message(), HasSubstr("less volume than the control mesh"));
+}
+
 // A box, sharp all over, whose corner was to be 0.25 mm further out along x; its volume grows by a 600th.
 TEST_F(PlanSlices, WarnsOfVerticesThatAFitMissed) {
   v1::ControlMesh mesh = make_box(2, 10);
