@@ -39,8 +39,8 @@ struct InfoOptions {
 
 /// Facts about the limit of a file's mesh, for which the mesh is prepared as a server does.
 struct LimitFacts {
-  LimitShape shape;
-  Overlaps overlaps;
+  v1::MeshSummary summary;
+  std::vector<CellRegionSummary> cell_regions;
   std::uint64_t preparation_bytes = 0;  // What a server reserves to prepare it.
 };
 
@@ -55,8 +55,8 @@ struct FileFacts {
 };
 
 constexpr const char* kLeftOut =
-    "size and volume of the limit, which is what gets printed, cells that overlap, and the memory that a server "
-    "takes to prepare the mesh: --full prepares it here and says them";
+    "size and volume of the limit, which is what gets printed, where it folds or overlaps, and the memory that a "
+    "server takes to prepare the mesh: --full prepares it here and says them";
 
 LimitFacts limit_of(const ControlMesh& mesh, bool quiet) {
   LimitFacts facts;
@@ -70,8 +70,8 @@ LimitFacts limit_of(const ControlMesh& mesh, bool quiet) {
   };
   try {
     const SolidSummary summary = LimitSolid::prepare(mesh, options)->summary();
-    facts.shape = {summary.bounding_box, summary.deviation, summary.cell_regions};
-    facts.overlaps = summary.overlaps;
+    facts.summary = to_proto(summary);
+    facts.cell_regions = summary.cell_regions;
   } catch (const std::bad_alloc&) {
     print_note("a server takes at least " + show_bytes(facts.preparation_bytes) + " to prepare the mesh");
     throw;
@@ -111,17 +111,16 @@ FileFacts facts_of(const LoadedMesh& loaded, bool full, bool quiet) {
   measure_cells(loaded, facts);
   if (!full) return facts;
   facts.limit = limit_of(mesh, quiet);
-  facts.cell_regions = facts.limit->shape.cell_regions;
+  facts.cell_regions = facts.limit->cell_regions;
   return facts;
 }
 
 void add_limit(const LimitFacts& limit, const FileNumbers& numbers, JsonWriter& json) {
   json.key("bounding_box");
-  add_json(to_proto(limit.shape.bounding_box), json);
+  add_json(limit.summary.bounding_box(), json);
   json.key("deviation");
-  add_json(to_proto(limit.shape.deviation), json, &numbers);
-  json.key("overlaps");
-  add_json(to_proto(limit.overlaps), json, &numbers);
+  add_json(limit.summary.deviation(), json, &numbers);
+  add_faults(limit.summary, json, &numbers);
   json.member("preparation_bytes", limit.preparation_bytes);
 }
 
@@ -168,10 +167,10 @@ std::string describe_size(const FileFacts& facts, const LoadedMesh& loaded) {
     return "\n  mesh size  " + describe(to_proto(facts.box)) + "\n  volume     " + faceted_mesh(loaded.mesh) +
            show_number(facts.volume_mm3) + " mm^3";
   }
-  return "\n  size       " + describe(to_proto(facts.limit->shape.bounding_box)) +
-         describe(to_proto(facts.limit->shape.deviation), loaded.numbers) +
-         describe(to_proto(facts.limit->overlaps), loaded.numbers) + "\n  memory     " +
-         show_bytes(facts.limit->preparation_bytes) + " of a server's preparation budget";
+  const v1::MeshSummary& summary = facts.limit->summary;
+  return "\n  size       " + describe(summary.bounding_box()) + describe(summary.deviation(), loaded.numbers) +
+         describe_faults(summary, loaded.numbers) + "\n  memory     " + show_bytes(facts.limit->preparation_bytes) +
+         " in all, of a server's preparation budget";
 }
 
 std::string describe_region(const CellRegionSummary& region, bool full) {
@@ -250,8 +249,8 @@ Command add_info(CLI::App& parent, CommonOptions& common) {
   app->add_flag("--meshes", options->meshes, "List the meshes that the server holds");
   app->add_flag("--full", options->full,
                 "Prepare the mesh of a file as a server does, which takes as long, and say the size and the volume of "
-                "its limit, which is what gets printed, how far it is from the mesh, cells that overlap without "
-                "touching, and the memory that this takes");
+                "its limit, which is what gets printed, how far it is from the mesh, where it folds or overlaps "
+                "itself, and the memory that this takes");
   add_server_options(*app, common);
   app->footer(
       "Examples:\n  ccslice info                    the server\n"

@@ -22,6 +22,27 @@ std::string describe_fold(const v1::FoldPlace& fold) {
          describe_place(fold.position_mm()) + " mm";
 }
 
+/// Empty without any.
+std::string describe_overlaps(const v1::Overlaps& overlaps) {
+  if (overlaps.limit_cells() == 0) {
+    return overlaps.more()
+               ? "\n  overlaps   none found, but so many faces are close to others that not all were looked at"
+               : "";
+  }
+  constexpr int kMost = 3;
+  std::string text = std::string("\n  overlaps   ") + (overlaps.more() ? "at least " : "") +
+                     show_count(overlaps.limit_cells()) +
+                     " limit cells overlap others that they don't touch, by up to " + show_number(overlaps.depth_mm()) +
+                     " mm and about " + show_number(overlaps.volume_mm3()) + " mm^3 in all";
+  for (int i = 0; i < overlaps.places_size() && i < kMost; ++i) {
+    const v1::OverlapPlace& place = overlaps.places(i);
+    text += "\n             control cells " + std::to_string(place.control_cell()) + " and " +
+            std::to_string(place.other_control_cell()) + " at " + describe_place(place.position_mm()) + " mm, " +
+            show_number(place.depth_mm()) + " mm deep";
+  }
+  return text;
+}
+
 constexpr const char* kNoChange = "the same";
 
 /// "+1.23 %".
@@ -88,26 +109,6 @@ std::string describe(const v1::CellRegion& region) {
   return text + " (" + change_text(region.volume_mm3(), region.control_volume_mm3()) + ")";
 }
 
-std::string describe(const v1::Overlaps& overlaps) {
-  if (overlaps.limit_cells() == 0) {
-    return overlaps.more()
-               ? "\n  overlaps   none found, but so many faces are close to others that not all were looked at"
-               : "";
-  }
-  constexpr int kMost = 3;
-  std::string text = std::string("\n  overlaps   ") + (overlaps.more() ? "at least " : "") +
-                     show_count(overlaps.limit_cells()) +
-                     " limit cells overlap others that they don't touch, by up to " + show_number(overlaps.depth_mm()) +
-                     " mm and about " + show_number(overlaps.volume_mm3()) + " mm^3 in all";
-  for (int i = 0; i < overlaps.places_size() && i < kMost; ++i) {
-    const v1::OverlapPlace& place = overlaps.places(i);
-    text += "\n             control cells " + std::to_string(place.control_cell()) + " and " +
-            std::to_string(place.other_control_cell()) + " at " + describe_place(place.position_mm()) + " mm, " +
-            show_number(place.depth_mm()) + " mm deep";
-  }
-  return text;
-}
-
 std::string describe(const v1::MeshSummary& mesh) {
   std::string text = echoed(mesh.mesh_id(), kMeshIdBytes);
   text += "\n  control    " + show_count(mesh.control_cells()) + " cells, " + show_count(mesh.control_vertices()) +
@@ -128,17 +129,22 @@ std::string describe(const v1::MeshSummary& mesh) {
   if (mesh.inverted_control_cell_count() > 0) {
     text += "\n  inverted   " + show_count(mesh.inverted_control_cell_count()) + " control cells";
   }
+  text += describe_faults(mesh);
+  return text + "\n  memory     " + show_bytes(mesh.memory_bytes()) + " on the server, prepared in " +
+         show_duration(seconds_of(mesh.preparation_time()));
+}
+
+std::string describe_faults(const v1::MeshSummary& mesh) {
+  std::string text;
   constexpr int kMostFolds = 5;
   for (int i = 0; i < mesh.folds_size() && i < kMostFolds; ++i) text += describe_fold(mesh.folds(i));
   if (mesh.folding_cells() > kMostFolds) {
     text += "\n             and more: " + show_count(mesh.folding_cells()) + " limit cells fold in all";
   }
   if (mesh.undecided_cells() > 0) {
-    text += "\n  undecided  " + show_count(mesh.undecided_cells()) + " limit cells that may fold, by next to nothing";
+    text += "\n  undecided  " + show_count(mesh.undecided_cells(), "limit cell") + " that may fold, by next to nothing";
   }
-  text += describe(mesh.overlaps());
-  return text + "\n  memory     " + show_bytes(mesh.memory_bytes()) + " on the server, prepared in " +
-         show_duration(seconds_of(mesh.preparation_time()));
+  return text + describe_overlaps(mesh.overlaps());
 }
 
 std::string describe(const v1::GetServerInfoResponse& info) {

@@ -108,6 +108,23 @@ void add_folds(const v1::MeshSummary& mesh, const FileNumbers* numbers, JsonWrit
   json.end_array();
 }
 
+void add_overlaps(const v1::Overlaps& overlaps, const FileNumbers* numbers, JsonWriter& json) {
+  json.begin_object().member("limit_cells", overlaps.limit_cells()).member("depth_mm", overlaps.depth_mm());
+  json.member("volume_mm3", overlaps.volume_mm3()).member("more", overlaps.more()).key("places").begin_array();
+  for (const v1::OverlapPlace& place : overlaps.places()) {
+    json.begin_object().key("control_cells").begin_array();
+    json.value(place.control_cell()).value(place.other_control_cell()).end_array();
+    if (numbers != nullptr) {
+      json.key("file_cells").begin_array().value(file_cell(*numbers, place.control_cell()));
+      json.value(file_cell(*numbers, place.other_control_cell())).end_array();
+    }
+    json.key("position_mm");
+    add_vector(place.position_mm(), json);
+    json.member("depth_mm", place.depth_mm()).end_object();
+  }
+  json.end_array().end_object();
+}
+
 void add_warning(const v1::PlanWarning& warning, const FileNumbers* numbers, JsonWriter& json) {
   json.begin_object().member("kind", name_of(warning.kind())).member("message", warning.message());
   json.key("control_cells").begin_array();
@@ -241,23 +258,6 @@ void add_json(const v1::PictureLayout& layout, JsonWriter& json) {
   json.member("flip_x", layout.flip_x()).member("flip_y", layout.flip_y()).end_object();
 }
 
-void add_json(const v1::Overlaps& overlaps, JsonWriter& json, const FileNumbers* numbers) {
-  json.begin_object().member("limit_cells", overlaps.limit_cells()).member("depth_mm", overlaps.depth_mm());
-  json.member("volume_mm3", overlaps.volume_mm3()).member("more", overlaps.more()).key("places").begin_array();
-  for (const v1::OverlapPlace& place : overlaps.places()) {
-    json.begin_object().key("control_cells").begin_array();
-    json.value(place.control_cell()).value(place.other_control_cell()).end_array();
-    if (numbers != nullptr) {
-      json.key("file_cells").begin_array().value(file_cell(*numbers, place.control_cell()));
-      json.value(file_cell(*numbers, place.other_control_cell())).end_array();
-    }
-    json.key("position_mm");
-    add_vector(place.position_mm(), json);
-    json.member("depth_mm", place.depth_mm()).end_object();
-  }
-  json.end_array().end_object();
-}
-
 void add_json(const v1::CellRegion& region, JsonWriter& json) {
   json.begin_object().member("name", region.name()).member("control_cells", region.control_cells());
   json.member("volume_mm3", region.volume_mm3()).member("control_volume_mm3", region.control_volume_mm3());
@@ -310,12 +310,16 @@ void add_json(const v1::MeshSummary& mesh, JsonWriter& json, const FileNumbers* 
   json.end_array().key("cell_regions").begin_array();
   for (const v1::CellRegion& region : mesh.cell_regions()) add_json(region, json);
   json.end_array().member("inverted_control_cell_count", mesh.inverted_control_cell_count());
+  add_faults(mesh, json, numbers);
+  json.member("preparation_ms", 1e3 * seconds_of(mesh.preparation_time()));
+  json.member("engine_version", mesh.engine_version()).end_object();
+}
+
+void add_faults(const v1::MeshSummary& mesh, JsonWriter& json, const FileNumbers* numbers) {
   json.member("folding_cells", mesh.folding_cells()).member("undecided_cells", mesh.undecided_cells());
   add_folds(mesh, numbers, json);
   json.key("overlaps");
-  add_json(mesh.overlaps(), json, numbers);
-  json.member("preparation_ms", 1e3 * seconds_of(mesh.preparation_time()));
-  json.member("engine_version", mesh.engine_version()).end_object();
+  add_overlaps(mesh.overlaps(), numbers, json);
 }
 
 void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json) {

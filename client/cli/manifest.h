@@ -43,8 +43,9 @@ void add_json(const v1::Box3& box, JsonWriter& json);
 /// `numbers`, here and below: those of the file that the mesh came from stand beside ids. Null: nobody knows them.
 void add_json(const v1::LimitDeviation& deviation, JsonWriter& json, const FileNumbers* numbers = nullptr);
 void add_json(const v1::CellRegion& region, JsonWriter& json);
-void add_json(const v1::Overlaps& overlaps, JsonWriter& json, const FileNumbers* numbers = nullptr);
 void add_json(const v1::MeshSummary& mesh, JsonWriter& json, const FileNumbers* numbers = nullptr);
+/// The members of a mesh that say where its limit folds, may fold, or overlaps itself.
+void add_faults(const v1::MeshSummary& mesh, JsonWriter& json, const FileNumbers* numbers = nullptr);
 void add_json(const v1::GetServerInfoResponse& info, JsonWriter& json);
 /// `notes`: what was said of the file.
 void add_json(const v1::PlanSlicesResponse& plan, JsonWriter& json, const FileNumbers* numbers = nullptr,
@@ -60,9 +61,9 @@ std::string describe(const v1::Box3& box);
 /// Lines for people, without the last line end. Those of a deviation begin with one.
 std::string describe(const v1::LimitDeviation& deviation);
 std::string describe(const v1::CellRegion& region);
-/// Empty without any.
-std::string describe(const v1::Overlaps& overlaps);
 std::string describe(const v1::MeshSummary& mesh);
+/// Of a mesh only where its limit folds, may fold, or overlaps itself: begins with a line end, or is empty.
+std::string describe_faults(const v1::MeshSummary& mesh);
 std::string describe(const v1::GetServerInfoResponse& info);
 std::string describe(const v1::PlanSlicesResponse& plan);
 

@@ -47,6 +47,31 @@ v1::Vector3 vector_to_proto(const Vec3& vector) {
   return message;
 }
 
+v1::FoldPlace fold_to_proto(const FoldPlace& fold) {
+  v1::FoldPlace message;
+  message.set_limit_cell(fold.cell);
+  message.set_control_cell(fold.control_cell);
+  *message.mutable_position_mm() = vector_to_proto(fold.position);
+  message.set_determinant(fold.determinant);
+  return message;
+}
+
+v1::Overlaps overlaps_to_proto(const Overlaps& overlaps) {
+  v1::Overlaps message;
+  message.set_limit_cells(overlaps.cells);
+  message.set_depth_mm(overlaps.depth_mm);
+  message.set_volume_mm3(overlaps.volume_mm3);
+  message.set_more(overlaps.at_least);
+  for (const OverlapPlace& place : overlaps.places) {
+    v1::OverlapPlace& added = *message.add_places();
+    added.set_control_cell(place.cell);
+    added.set_other_control_cell(place.other);
+    *added.mutable_position_mm() = vector_to_proto(place.position);
+    added.set_depth_mm(place.depth_mm);
+  }
+  return message;
+}
+
 void require_multiple(int size, int of, const char* field) {
   if (size % of == 0) return;
   throw Error(ErrorCode::kMeshArrayMismatch,
@@ -171,19 +196,14 @@ v1::LimitDeviation to_proto(const Deviation& deviation) {
   return message;
 }
 
-v1::Overlaps to_proto(const Overlaps& overlaps) {
-  v1::Overlaps message;
-  message.set_limit_cells(overlaps.cells);
-  message.set_depth_mm(overlaps.depth_mm);
-  message.set_volume_mm3(overlaps.volume_mm3);
-  message.set_more(overlaps.at_least);
-  for (const OverlapPlace& place : overlaps.places) {
-    v1::OverlapPlace& added = *message.add_places();
-    added.set_control_cell(place.cell);
-    added.set_other_control_cell(place.other);
-    *added.mutable_position_mm() = vector_to_proto(place.position);
-    added.set_depth_mm(place.depth_mm);
-  }
+v1::MeshSummary to_proto(const SolidSummary& solid) {
+  v1::MeshSummary message;
+  *message.mutable_bounding_box() = to_proto(solid.bounding_box);
+  *message.mutable_deviation() = to_proto(solid.deviation);
+  message.set_folding_cells(solid.folding_cells);
+  message.set_undecided_cells(solid.undecided_cells);
+  for (const FoldPlace& fold : solid.folds) *message.add_folds() = fold_to_proto(fold);
+  *message.mutable_overlaps() = overlaps_to_proto(solid.overlaps);
   return message;
 }
 

@@ -16,7 +16,8 @@ v1::ControlMesh to_proto(const ControlMesh& mesh);
 v1::Box3 to_proto(const Box3& box);
 v1::LimitDeviation to_proto(const Deviation& deviation);
 v1::CellRegion to_proto(const CellRegionSummary& region);
-v1::Overlaps to_proto(const Overlaps& overlaps);
+/// The limit's box and deviation, its folds and overlaps; not what a server counts besides.
+v1::MeshSummary to_proto(const SolidSummary& solid);
 
 /// Throws Error{kMeshArrayMismatch, kMeshUnsupportedCell, kMeshUnknownCellKind} if the arrays don't make a mesh.
 ControlMesh from_proto(const v1::ControlMesh& message);

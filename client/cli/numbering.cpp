@@ -41,10 +41,13 @@ void name_cells(v1::PlanWarning& warning) {
   warning.set_message(warning.message() + " (" + named_ids(kCells, *ids.cells) + ")");
 }
 
-void add_cells(const v1::Overlaps& overlaps, std::vector<std::int64_t>& cells) {
-  for (const v1::OverlapPlace& place : overlaps.places()) {
+std::vector<std::int64_t> cells_at_fault(const v1::MeshSummary& mesh) {
+  std::vector<std::int64_t> cells;
+  for (const v1::FoldPlace& fold : mesh.folds()) cells.push_back(fold.control_cell());
+  for (const v1::OverlapPlace& place : mesh.overlaps().places()) {
     cells.insert(cells.end(), {place.control_cell(), place.other_control_cell()});
   }
+  return cells;
 }
 
 }  // namespace
@@ -72,16 +75,11 @@ std::string describe(v1::PlanSlicesResponse plan, const FileNumbers& numbers) {
 }
 
 std::string describe(const v1::MeshSummary& mesh, const FileNumbers& numbers) {
-  std::vector<std::int64_t> cells;
-  for (const v1::FoldPlace& fold : mesh.folds()) cells.push_back(fold.control_cell());
-  add_cells(mesh.overlaps(), cells);
-  return renumber_text(describe(mesh), numbers, {{{mesh.deviation().farthest_vertex()}}, cells});
+  return renumber_text(describe(mesh), numbers, {{{mesh.deviation().farthest_vertex()}}, cells_at_fault(mesh)});
 }
 
-std::string describe(const v1::Overlaps& overlaps, const FileNumbers& numbers) {
-  std::vector<std::int64_t> cells;
-  add_cells(overlaps, cells);
-  return renumber_text(describe(overlaps), numbers, {std::vector<std::int64_t>(), cells});
+std::string describe_faults(const v1::MeshSummary& mesh, const FileNumbers& numbers) {
+  return renumber_text(describe_faults(mesh), numbers, {std::vector<std::int64_t>(), cells_at_fault(mesh)});
 }
 
 std::string describe(const v1::LimitDeviation& deviation, const FileNumbers& numbers) {

@@ -25,7 +25,7 @@ v1::PlanSlicesResponse renumbered(v1::PlanSlicesResponse plan, const FileNumbers
 /// The texts of describe() in the file's numbers.
 std::string describe(v1::PlanSlicesResponse plan, const FileNumbers& numbers);
 std::string describe(const v1::MeshSummary& mesh, const FileNumbers& numbers);
-std::string describe(const v1::Overlaps& overlaps, const FileNumbers& numbers);
+std::string describe_faults(const v1::MeshSummary& mesh, const FileNumbers& numbers);
 std::string describe(const v1::LimitDeviation& deviation, const FileNumbers& numbers);
 
 }  // namespace ccslice::cli

@@ -6,6 +6,7 @@
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
+#include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -25,6 +26,7 @@
 namespace ccslice::client {
 namespace {
 
+using google::protobuf::util::MessageDifferencer;
 using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
@@ -173,6 +175,45 @@ TEST_F(CommandLine, InfoOfAFilePreparesNothing) {
     EXPECT_EQ(refused.exit_code, cli::kExitUsage);
     EXPECT_THAT(refused.err, HasSubstr("--full is for a mesh file"));
   }
+}
+
+/// Eight cubes, elements 501 to 508, whose common node lies far outside.
+void write_folding_cubes(const std::string& path) {
+  std::ofstream file(path);
+  file << "*NODE\n";
+  for (int i = 0; i < 27; ++i) {
+    file << 101 + i << ", " << (i == 13 ? 7 : i % 3) << ", " << i / 3 % 3 << ", " << i / 9 << "\n";
+  }
+  file << "*ELEMENT, TYPE=C3D8\n";
+  for (int i = 0; i < 8; ++i) {
+    file << 501 + i;
+    for (const int corner : {0, 1, 4, 3, 9, 10, 13, 12}) {
+      file << ", " << 101 + corner + i % 2 + 3 * (i / 2 % 2) + 9 * (i / 4);
+    }
+    file << "\n";
+  }
+}
+
+TEST_F(CommandLine, InfoOfAFileInFullTellsOfFoldsAsOfAnUploadedMesh) {
+  const std::string file = path("folds.inp");
+  write_folding_cubes(file);
+  const std::string full = run_alone({"info", file, "--allow-folds", "--full"}).out;
+  const std::string uploaded = run({"upload", file, "--allow-folds"}).out;
+  const auto faults = [](const std::string& text) {
+    const std::size_t begin = text.find("\n  folds"), end = text.find("\n  memory");
+    return begin < end ? text.substr(begin, end - begin) : "none in " + text;
+  };
+  EXPECT_THAT(faults(full), ContainsRegex("^\n  folds      element 502 at \\(.*\n  folds      element 504 at "));
+  EXPECT_EQ(faults(full), faults(uploaded));
+  const std::string json = run_alone({"info", file, "--allow-folds", "--full", "--json"}).out;
+  const std::string mesh = run({"upload", file, "--allow-folds", "--json"}).out;
+  EXPECT_EQ(json_at(json, "folding_cells").number_value(), 4);
+  for (const char* name : {"folding_cells", "undecided_cells", "folds", "overlaps"}) {
+    EXPECT_TRUE(MessageDifferencer::Equals(json_at(json, name), json_at(mesh, std::string("mesh.") + name))) << name;
+  }
+  const google::protobuf::Struct first = json_at(json, "folds").list_value().values(0).struct_value();
+  EXPECT_EQ(first.fields().at("control_cell").number_value(), 1);
+  EXPECT_EQ(first.fields().at("file_cell").number_value(), 502);
 }
 
 // Cells that the file lists inside out count as all others do.
