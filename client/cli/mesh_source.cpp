@@ -267,6 +267,7 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, cons
 const char* remedy_of(const Error& error, const MeshOptions& options) {
   const ErrorCode code = error.code();
   if (std::string_view(error.what()).find("--") != std::string_view::npos) return "";
+  if (code == ErrorCode::kMeshBadCellRegion) return options.regions_from.empty() ? "" : " (--regions-from)";
   if (code == ErrorCode::kMeshInvertedCell) return " (--allow-folds)";
   if (code == ErrorCode::kMeshNotInterpolable) {
     return options.meaning.interpolate == "boundary" ? "" : " (--interpolate=boundary)";

@@ -107,6 +107,22 @@ std::vector<const CellSet*> find_sets(const std::string& names, const MeshFile& 
   return part_into_sets(names, known);
 }
 
+/// "'a,b'": some of the sets that have no cells in common, the smallest first.
+std::string some_apart(std::vector<const CellSet*> sets, std::size_t cells) {
+  std::ranges::stable_sort(sets, {}, [](const CellSet* set) { return set->cells.size(); });
+  std::vector<bool> taken(cells, false);
+  std::string names;
+  std::size_t count = 0;
+  for (const CellSet* set : sets) {
+    const auto is_taken = [&](std::uint32_t cell) { return taken[cell]; };
+    if (set->cells.empty() || std::ranges::any_of(set->cells, is_taken)) continue;
+    for (const std::uint32_t cell : set->cells) taken[cell] = true;
+    names += (count > 0 ? "," : "") + echoed(set->name);
+    if (++count == kMaxEchoItems) break;
+  }
+  return "'" + names + "'";
+}
+
 void make_regions_of_sets(const std::vector<const CellSet*>& sets, ControlMesh& mesh, const MeshLimits& limits) {
   check_count("the sets are", sets.size(), limits, kNameSets);
   mesh.cell_regions.assign(mesh.cell_count(), kInNone);
@@ -115,7 +131,8 @@ void make_regions_of_sets(const std::vector<const CellSet*>& sets, ControlMesh& 
       std::uint8_t& region = mesh.cell_regions[cell];
       if (region != kInNone) {
         refuse(named_ids(kCells, {cell}) + " is in both '" + echoed(sets[region]->name) + "' and '" +
-                   echoed(sets[set]->name) + "'; name sets that have no cells in common",
+                   echoed(sets[set]->name) + "'; name sets that have no cells in common, such as " +
+                   some_apart(sets, mesh.cell_count()) + ", and the rest becomes one region",
                {cell});
       }
       region = static_cast<std::uint8_t>(set);

@@ -38,7 +38,8 @@ std::string known_by_another_case(std::string_view names, const MeshFile& file);
 ///   materials                  likewise, or "materials" for all.
 ///
 /// Throws Error{kMeshBadCellRegion} if the file has no such numbers or sets, naming those that it has, if a number
-/// isn't whole, if sets have a cell in common, or if there are more than limits.max_cell_regions.
+/// isn't whole, if sets have a cell in common (both with the cell as id), or if there are more than
+/// limits.max_cell_regions.
 void make_cell_regions(const std::string& names, MeshFile& file, const MeshLimits& limits = {});
 
 }  // namespace ccslice

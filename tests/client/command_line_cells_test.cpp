@@ -114,6 +114,20 @@ TEST_F(CommandLine, CellRegionsArePrintedByTheirOwnMaps) {
               HasSubstr("element 10 at (0.5, 0.5, 0.5) mm is in both 'left' and 'both'"));
 }
 
+TEST_F(CommandLine, SetsWithACellInCommonAreRefusedWithItsNumberInTheFileAndWithSetsThatDo) {
+  const std::string mesh = path("sets.inp");
+  cli::write_file(mesh,
+                  "*NODE\n11, 0, 0, 0\n12, 1, 0, 0\n13, 0, 1, 0\n14, 0, 0, 1\n15, 0, 0, -1\n"
+                  "*ELEMENT, TYPE=C3D4, ELSET=ALL\n501, 11, 12, 13, 14\n502, 11, 13, 12, 15\n"
+                  "*ELSET, ELSET=A\n502\n*ELSET, ELSET=B\n501\n");
+  const ProcessResult refused = run({"info", mesh, "--regions-from", "sets"});
+  EXPECT_EQ(refused.exit_code, cli::kExitInput);
+  EXPECT_THAT(refused.err, HasSubstr("element 502 at (0.25, 0.25, -0.25) mm is in both 'ALL' and 'A'; name sets that "
+                                     "have no cells in common, such as 'A,B', and the rest becomes one region "
+                                     "(--regions-from)"));
+  EXPECT_EQ(run({"info", mesh, "--regions-from", "A,B"}).exit_code, 0);
+}
+
 TEST_F(CommandLine, ChannelsComeFromNumbersOfCells) {
   const std::string mesh = path("density.vtk");
   cli::write_file(mesh,
