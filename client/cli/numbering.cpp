@@ -3,7 +3,9 @@
 
 #include "client/cli/numbering.h"
 
+#include <algorithm>
 #include <charconv>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -35,10 +37,15 @@ IdsInText ids_of(const v1::PlanWarning& warning) {
   return ids;
 }
 
+/// Servers list some of the cells that are meant, so those that aren't named can't be counted.
 void name_cells(v1::PlanWarning& warning) {
   const IdsInText ids = ids_of(warning);
   if (ids.cells->empty() || names_any(warning.message(), ids)) return;
-  warning.set_message(warning.message() + " (" + named_ids(kCells, *ids.cells) + ")");
+  const std::size_t named = std::min(ids.cells->size(), kMaxEchoItems);
+  const std::string others = named < ids.cells->size() ? " and others" : "";
+  warning.set_message(warning.message() + " (" +
+                      named_ids(kCells, {ids.cells->begin(), ids.cells->begin() + static_cast<std::ptrdiff_t>(named)}) +
+                      others + ")");
 }
 
 std::vector<std::int64_t> cells_at_fault(const v1::MeshSummary& mesh) {

@@ -90,6 +90,18 @@ TEST(Numbering, TranslatesThePlansWarnings) {
   EXPECT_THAT(plain.text(), Not(HasSubstr("file_cells")));
 }
 
+// A server lists 32 of the 75 at most.
+TEST(Numbering, DoesNotCountTheCellsThatAWarningLists) {
+  v1::PlanSlicesResponse plan;
+  v1::PlanWarning& inverted =
+      add_warning(plan, v1::PLAN_WARNING_KIND_INVERTED_CELLS, "75 control cells are inverted; repair the mesh");
+  for (std::uint32_t cell = 0; cell < 9; ++cell) inverted.add_control_cells(cell);
+  const char* const told =
+      "75 control cells are inverted; repair the mesh (elements 501, 502, 503, 504, 505, 506, 507, 508 and others)";
+  EXPECT_EQ(renumbered(plan, abaqus()).warnings(0).message(), told);
+  EXPECT_THAT(describe(plan, abaqus()), HasSubstr(told));
+}
+
 TEST(Numbering, TranslatesWhatIsSaidOfMeshes) {
   v1::MeshSummary mesh;
   mesh.add_folds()->set_control_cell(4);
