@@ -250,19 +250,18 @@ void slice_job(Session& session, const SliceOptions& options, const PlannedJob& 
   if (wants_contact_sheet(options, job, sink)) {
     result.contact_sheet = write_contact_sheet(session, job.whole, result.outcome.header, sink);
   }
-  sink.finish(result.outcome, job.request.placement());
+  sink.finish(result.outcome, job.request.placement(), job.plan);
   result.written_bytes = sink.written_bytes();
   report_sliced(session, options.output, job, result);
   if (!session.quiet() && job.layers() == job.plan.layer_count()) warn_of_materials(result.outcome);
 }
 
-/// The plan of the job, whose warnings are told.
+/// The plan of the job in the file's numbers, whose warnings are told.
 v1::PlanSlicesResponse told_plan(Session& session, const SliceOptions& options, const v1::PlanSlicesRequest& job) {
   v1::PlanSlicesResponse plan = session.client().plan(job, session.call());
+  if (const std::optional<FileNumbers>& numbers = session.file_numbers()) plan = renumbered(plan, *numbers);
   if (session.quiet()) return plan;
-  const std::optional<FileNumbers>& numbers = session.file_numbers();
-  const v1::PlanSlicesResponse told = numbers ? renumbered(plan, *numbers) : plan;
-  for (const v1::PlanWarning& warning : told.warnings()) {
+  for (const v1::PlanWarning& warning : plan.warnings()) {
     print_note("warning: " + echoed(warning.message(), kMaxMessageBytes));
   }
   if (options.job.software == "grabcad") warn_of_grabcad(options.job, job, plan);

@@ -26,8 +26,9 @@ class LayerSink {
   virtual bool takes_contact_sheet() const { return true; }
   /// `png`: the file's bytes. Returns its path. REQUIRES: takes_contact_sheet().
   virtual std::string write_contact_sheet(const std::string& png) = 0;
-  /// What says that the job is complete.
-  virtual void finish(const client::SliceOutcome& outcome, const v1::Placement& placement) = 0;
+  /// Writes what says that the job is complete, with the warnings of its plan.
+  virtual void finish(const client::SliceOutcome& outcome, const v1::Placement& placement,
+                      const v1::PlanSlicesResponse& plan) = 0;
   virtual std::uint64_t written_bytes() const = 0;
 };
 

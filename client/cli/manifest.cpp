@@ -179,8 +179,8 @@ std::string fault_of_manifest(const google::protobuf::Struct& document) {
   return "is one of another version of ccslice; slice the layers again with this one";
 }
 
-std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const JobKey& job,
-                     const std::string& layers) {
+std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement,
+                     const v1::PlanSlicesResponse& plan, const JobKey& job, const std::string& layers) {
   JsonWriter json;
   json.begin_object()
       .member("format", kManifestFormat)
@@ -212,6 +212,11 @@ std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& p
     for (const std::string& name : outcome.header.cell_region_names()) json.value(name);
     json.end_array();
   }
+  json.key("warnings").begin_array();
+  for (const v1::PlanWarning& warning : plan.warnings()) {
+    json.begin_object().member("kind", name_of(warning.kind())).member("message", warning.message()).end_object();
+  }
+  json.end_array();
   json.member("voxel_count", outcome.voxel_count);
   json.member("voxels_interpolated", outcome.voxels_interpolated)
       .member("voxels_unresolved", outcome.voxels_unresolved)

@@ -23,9 +23,9 @@ namespace ccslice::cli {
 /// What manifest.json says of its own form: 2 since colours and numbers of `printing` have the form of all others.
 inline constexpr int kManifestVersion = 2;
 
-/// The text of manifest.json. `layers` is a JSON array.
-std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement, const JobKey& job,
-                     const std::string& layers);
+/// The text of manifest.json. `plan`: the job's, whose warnings it has as they are. `layers` is a JSON array.
+std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement,
+                     const v1::PlanSlicesResponse& plan, const JobKey& job, const std::string& layers);
 
 /// What is wrong with a document that was read as manifest.json, as the rest of a sentence that its path begins. Empty
 /// if it is one that this version reads.

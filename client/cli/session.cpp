@@ -93,7 +93,8 @@ void add_output_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("--json", options.json, "Print one JSON document on standard output, errors included")
       ->group("Output");
   command
-      .add_flag("-q,--quiet", options.quiet, "No progress and no notes; slice is silent about what plan warns of, too")
+      .add_flag("-q,--quiet", options.quiet,
+                "No progress and no notes; what plan warns of is in the manifest.json of slice alone")
       ->group("Output");
 }
 

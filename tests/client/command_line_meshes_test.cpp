@@ -216,6 +216,30 @@ TEST_F(CommandLine, InfoOfAFileInFullTellsOfFoldsAsOfAnUploadedMesh) {
   EXPECT_EQ(first.fields().at("file_cell").number_value(), 502);
 }
 
+TEST_F(CommandLine, TheManifestHasTheWarningsThatQuietJobsDoNotTell) {
+  const std::string file = path("folds.inp");
+  write_folding_cubes(file);
+  const std::vector<std::string> slice = {"slice", file, "--allow-folds", "--pitch", "1", "--smallest-feature", "0"};
+  const auto warnings_of = [&](const std::string& folder, const std::vector<std::string>& more) {
+    std::vector<std::string> words = slice;
+    words.insert(words.end(), {"-o", path(folder)});
+    words.insert(words.end(), more.begin(), more.end());
+    const ProcessResult result = run(words);
+    EXPECT_EQ(result.exit_code, cli::kExitOk) << result.err;
+    EXPECT_EQ(result.err.empty(), !more.empty()) << result.err;
+    return json_at(read_file_bytes(path(folder) + "/manifest.json", 1 << 20), "warnings").list_value();
+  };
+  const auto warnings = warnings_of("quiet", {"--quiet"});
+  ASSERT_GT(warnings.values_size(), 0);
+  const auto& folds = warnings.values(0).struct_value().fields();
+  EXPECT_EQ(folds.at("kind").string_value(), "folds");
+  EXPECT_THAT(folds.at("message").string_value(), ContainsRegex("one of them in element 50[1-8] near \\("));
+  EXPECT_TRUE(MessageDifferencer::Equals(warnings_of("loud", {}), warnings));
+  ASSERT_EQ(run({"slice", box_, "--pitch", "1", "-o", path("box")}).exit_code, cli::kExitOk);
+  EXPECT_EQ(json_at(read_file_bytes(path("box") + "/manifest.json", 1 << 20), "warnings").list_value().values_size(),
+            0);
+}
+
 // Cells that the file lists inside out count as all others do.
 TEST_F(CommandLine, InfoMeasuresCellsInEitherOrder) {
   ControlMesh box = make_box();
