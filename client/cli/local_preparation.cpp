@@ -47,8 +47,7 @@ void LocalPreparation::tell_memory(std::uint64_t bytes) {
   if (quiet_ || bytes < kMuch || bytes / 3 < told_bytes_ / 2) return;
   const std::lock_guard lock(mutex_);
   end_bar();
-  print_note(what_ + (told_bytes_ == 0 ? "preparing the mesh takes " : "preparing the mesh takes more memory: ") +
-             show_bytes(bytes) + (told_bytes_ == 0 ? " of memory, here or on a server" : ""));
+  print_note(what_ + "preparing the mesh takes at least " + show_bytes(bytes) + " of memory, here or on a server");
   told_bytes_ = bytes;
 }
 

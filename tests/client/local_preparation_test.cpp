@@ -81,8 +81,8 @@ TEST(LocalPreparation, TellsOfMuchMemoryAndOfMuchMore) {
     }
   });
   EXPECT_EQ(text,
-            "preparing the mesh takes 200.0 MB of memory, here or on a server\r\n"
-            "preparing the mesh takes more memory: 500.0 MB\r\n");
+            "preparing the mesh takes at least 200.0 MB of memory, here or on a server\r\n"
+            "preparing the mesh takes at least 500.0 MB of memory, here or on a server\r\n");
 }
 
 }  // namespace
