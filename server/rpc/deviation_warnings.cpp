@@ -17,6 +17,8 @@
 namespace ccslice::server {
 namespace {
 
+constexpr double kMostVoxels = 0.5;  // From a vertex to its limit point.
+
 /// "12.3 % less volume than", the mesh. A folded mesh may have none to compare with.
 std::string volume_text(double limit_mm3, double control_mm3) {
   constexpr double kRounding = 1e-9;
@@ -68,19 +70,31 @@ std::string deviation_text(const Deviation& deviation, const VertexLimit& farthe
   return volume + "control mesh; " + vertex + distance + remedy;
 }
 
+/// The placed vertex to tell of: the one that is the most mm from its limit point, which the plan's deviation names;
+/// where only others are more than half a voxel away, the one that is the most voxels away.
+VertexLimit vertex_to_tell(const SliceJob& job, const LimitSolid& solid, const Deviation& deviation,
+                           const Vec3& voxels_per_mm) {
+  const auto voxels = [&](const VertexLimit& vertex) {
+    return (vertex.limit - vertex.position).cwiseProduct(voxels_per_mm).norm();
+  };
+  VertexLimit most = farthest_vertex(solid, voxels_per_mm.asDiagonal() * job.placement.linear());
+  most.position = job.placement * most.position;
+  most.limit = job.placement * most.limit;
+  return voxels(deviation.farthest) <= kMostVoxels && voxels(most) > kMostVoxels ? most : deviation.farthest;
+}
+
 void warn_of_whole(const SliceJob& job, const LimitSolid& solid, const Deviation& deviation,
                    v1::PlanSlicesResponse& plan) {
-  constexpr double kMostVoxels = 0.5;
   const Vec3 voxels_per_mm = Vec3(job.grid.pitch.x_mm, job.grid.pitch.y_mm, job.grid.pitch.z_mm).cwiseInverse();
-  const VertexLimit farthest = farthest_vertex(solid, voxels_per_mm.asDiagonal() * job.placement.linear());
-  const Vec3 from = job.placement * farthest.position, step = Vec3(job.placement * farthest.limit) - from;
+  const VertexLimit farthest = vertex_to_tell(job, solid, deviation, voxels_per_mm);
+  const Vec3 step = farthest.limit - farthest.position;
   const double voxels = step.cwiseProduct(voxels_per_mm).norm();
   const double change_mm3 = std::abs(deviation.limit_volume_mm3 - deviation.control_volume_mm3);
   const double most_mm3 = most_volume_change(deviation) * std::abs(deviation.control_volume_mm3);
   if (change_mm3 <= most_mm3 && voxels <= kMostVoxels) return;
   v1::PlanWarning& warning =
       add_warning(plan, v1::PLAN_WARNING_KIND_DEVIATION, deviation_text(deviation, farthest, voxels, step.norm()));
-  if (voxels > 0) *warning.add_places_mm() = to_message(from);
+  if (voxels > 0) *warning.add_places_mm() = to_message(farthest.position);
   if (deviation.rounded.count > 0) *warning.add_places_mm() = to_message(deviation.rounded.place);
 }
 

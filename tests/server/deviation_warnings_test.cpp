@@ -205,6 +205,27 @@ TEST_F(PlanSlices, WarnsOfVerticesThatAFitMissed) {
   EXPECT_EQ(found->places_mm(0).x(), -0.25);
 }
 
+// A box, sharp all over, that a fit was to take 3 mm further out along x in one corner, 0.3 mm along z in another.
+TEST_F(PlanSlices, WarnsOfTheVertexThatThePlanNamesUnlessVoxelsHideIt) {
+  v1::ControlMesh mesh = make_box(2, 10);
+  mesh.set_interpolating(true);
+  for (const std::uint32_t corner : {0u, 26u}) mesh.add_missed_vertices(corner);
+  for (const double number : {-3., 0., 0., 10., 10., 10.3}) mesh.add_missed_positions_mm(number);
+  request_.set_mesh_id(server_.upload_good(mesh));
+  request_.mutable_grid()->mutable_pitch()->set_z_mm(0.1);
+  const auto told = [&](double x_mm) {
+    request_.mutable_grid()->mutable_pitch()->set_x_mm(x_mm);
+    EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
+    EXPECT_EQ(response_.deviation().farthest_vertex(), 0u);
+    const auto& warnings = response_.warnings();
+    const auto found = std::ranges::find(warnings, v1::PLAN_WARNING_KIND_DEVIATION, &v1::PlanWarning::kind);
+    return found == warnings.end() ? std::string() : found->message();
+  };
+  EXPECT_THAT(told(2), HasSubstr("boundary vertex 0, which the fit missed, is 3 mm, 1.5 voxels,"))
+      << "as the plan says, though vertex 26 is 3 voxels away";
+  EXPECT_THAT(told(10), HasSubstr("boundary vertex 26, which the fit missed, is 0.3 mm, 3 voxels,"));
+}
+
 // Smooth cubes of cells of 0.5 mm: their volume is within 0.5 %, and their corners move by 0.217 mm.
 TEST_F(PlanSlices, WarnsOfVerticesThatMoveByMoreThanHalfAVoxel) {
   request_.set_mesh_id(server_.upload_good(make_block(20, 10)));
