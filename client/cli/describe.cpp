@@ -68,6 +68,17 @@ RoundedEdges rounded_edges_of(const v1::LimitDeviation& deviation) {
   return {deviation.rounded_edges(), Vec3(at.x(), at.y(), at.z()), deviation.rounded_edge_deg()};
 }
 
+/// The plan's, without the rounded edges where a warning tells of them: that of the whole part, which has places.
+v1::LimitDeviation deviation_to_tell(const v1::PlanSlicesResponse& plan) {
+  v1::LimitDeviation deviation = plan.deviation();
+  for (const v1::PlanWarning& warning : plan.warnings()) {
+    if (warning.kind() == v1::PLAN_WARNING_KIND_DEVIATION && warning.places_mm_size() > 0) {
+      deviation.clear_rounded_edges();
+    }
+  }
+  return deviation;
+}
+
 }  // namespace
 
 std::string describe(const v1::Box3& box) {
@@ -185,7 +196,7 @@ std::string describe(const v1::PlanSlicesResponse& plan) {
             show_count(grid.extent().layers());
   }
   text += "\n  part       " + describe(grid.part_box());
-  if (plan.has_deviation()) text += describe(plan.deviation());
+  if (plan.has_deviation()) text += describe(deviation_to_tell(plan));
   if (plan.raw_bytes() > 0) {
     text += "\n  samples    " + show_bytes(plan.raw_bytes()) + ", " + show_bytes(plan.raw_bytes_per_layer()) +
             " a layer\n  download   about " + show_bytes(plan.estimated_bytes());

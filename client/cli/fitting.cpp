@@ -54,20 +54,19 @@ std::string met_note(FittedVertices vertices, const FitReport& report) {
 }
 
 /// Where the limit swells much depends on the boundary's vertices alone, which --interpolate=boundary meets as well.
-std::string swelling_note(const Swelling& swelling, const RoundedEdges& rounded) {
-  const std::string remedy = ": keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh there";
+/// Edges that it rounds are refused, or taken knowingly.
+std::string swelling_note(const Swelling& swelling, FittedVertices vertices) {
   const Vec3& at = swelling.place;
   std::string face;
   for (const std::uint32_t v : swelling.vertices) face += (face.empty() ? "" : ", ") + std::to_string(v);
   const std::string most = show_number(swelling.offset.norm()) + " mm off the middle of the mesh's face of vertices " +
                            face + ", by " + show_number(swelling.edges) + " of an edge, near " +
                            show_place({at.x(), at.y(), at.z()});
-  if (swelling.much == 0) {
-    return "the limit is up to " + most + (rounded.count > 0 ? "; " + describe(rounded) + remedy : "");
-  }
-  return "the limit swells between the vertices by more than a tenth of an edge at " + show_count(swelling.much) +
-         (swelling.much == 1 ? " face" : " faces") + " of the boundary, most by " + most + remedy +
-         "; --interpolate=boundary swells as much" + (rounded.count > 0 ? ". " + describe(rounded) : "");
+  if (swelling.much == 0) return "the limit is up to " + most;
+  return "the limit swells between the vertices by more than a tenth of an edge at " +
+         show_count(swelling.much, "face") + " of the boundary, most by " + most +
+         ": keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh there" +
+         (vertices == FittedVertices::kAll ? "; --interpolate=boundary swells as much" : "");
 }
 
 /// The mesh that the limit of a fitted one passes through. Copies of a vertex have one limit point, and where channels
@@ -156,7 +155,7 @@ ControlMesh FittedMesh::finish(const Vec3& scale, std::vector<std::string>& note
   if (vertices_) {
     const FitReport report = placed(report_, scale);
     notes.push_back(met_note(*vertices_, report));
-    if (report.swelling.edges > kRounding) notes.push_back(swelling_note(report.swelling, report.rounded));
+    if (report.swelling.edges > kRounding) notes.push_back(swelling_note(report.swelling, *vertices_));
   }
   const ChannelFit channels = fit_.fit_channels(meant_, fitted_);
   add_range_notes(meant_, fitted_, notes);

@@ -82,7 +82,7 @@ std::vector<ControlCellId> without(const std::vector<ControlCellId>& cells, cons
 std::string place_text(const Vec3& place) {
   constexpr int kDigits = 4;
   return "(" + number_text(place.x(), kDigits) + ", " + number_text(place.y(), kDigits) + ", " +
-         number_text(place.z(), kDigits) + ")";
+         number_text(place.z(), kDigits) + ") mm";
 }
 
 double diagonal(const ControlMesh& mesh) {
@@ -276,7 +276,9 @@ void VertexFit::require_none(const std::vector<ControlCellId>& folds) const {
   Offenders offenders;
   for (const ControlCellId c : folds) offenders.add(c);
   offenders.throw_if_any(ErrorCode::kMeshNotInterpolable, "a limit through all vertices of the boundary would fold in",
-                         kCells, "the first is near " + place_text(middle) + "; keep such places back, or edges sharp",
+                         kCells,
+                         std::string(folds.size() == 1 ? "it" : "the first") + " is near " + place_text(middle) +
+                             "; keep such places back, or edges sharp",
                          "cell_vertices");
 }
 

@@ -309,6 +309,19 @@ TEST_F(CommandLine, TellsWhatMadeTheVolumeOfAFittedMeshAnother) {
             0);
 }
 
+// --smooth has accepted them, and the plan's warning tells of them.
+TEST_F(CommandLine, TellsOfRoundedEdgesOnce) {
+  ControlMesh box = make_box();
+  box.sharp_edges.clear();
+  box.sharp_vertices.clear();
+  cli::write_file(path("smooth.ccmesh"), MeshBytes(cli::to_proto(box)).bytes());
+  const ProcessResult plan = run({"plan", path("smooth.ccmesh"), "--interpolate", "--smooth", "--pitch", "1"});
+  ASSERT_EQ(plan.exit_code, cli::kExitOk) << plan.err;
+  const std::string all = plan.err + plan.out, told = "by 75 degrees or more aren't sharp";
+  EXPECT_NE(all.find(told), all.npos);
+  EXPECT_EQ(all.find(told), all.rfind(told)) << all;
+}
+
 TEST_F(CommandLine, ConvertsToTheSameBytesEachTime) {
   ASSERT_EQ(run_alone({"convert", box_, "--grade", "a=x:5..7", "-o", path("a.ccmesh")}).exit_code, cli::kExitOk);
   ASSERT_EQ(run_alone({"convert", box_, "--grade", "a=x:5..7", "-o", path("b.ccmesh")}).exit_code, cli::kExitOk);

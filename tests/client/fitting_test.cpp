@@ -33,6 +33,7 @@ using testing::AllOf;
 using testing::Contains;
 using testing::ContainsRegex;
 using testing::ElementsAre;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -81,8 +82,11 @@ TEST_F(FittedFile, PassesThroughItsVerticesAtItsSize) {
                                       "faces of the boundary, most by [0-9.]+ mm off the middle of the mesh's "
                                       "face of vertices [0-9]+, [0-9]+, [0-9]+, [0-9]+, by 0\\.[0-9]+ of an "
                                       "edge, near \\("),
-                        HasSubstr("keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer "
-                                  "mesh there; --interpolate=boundary swells as much"))));
+                        EndsWith("keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer "
+                                 "mesh there; --interpolate=boundary swells as much"))))
+      << "and nothing of edges that --smooth lets it round";
+  const LoadedMesh boundary = load_mesh({.mesh = path, .meaning = {.smooth = true, .interpolate = "boundary"}});
+  EXPECT_THAT(boundary.warnings, Contains(EndsWith("or use a finer mesh there"))) << "as whoever gave it knows";
 }
 
 TEST_F(FittedFile, NotesHaveLengthsOfThePrintedSize) {
@@ -250,6 +254,13 @@ TEST_F(FittedFile, MistakesTeach) {
   dented.positions[0] += Vec3(1, 1, 1);
   EXPECT_THAT(error_of({.mesh = file_of(dented), .meaning = {.smooth = true, .interpolate = "all"}}),
               HasSubstr("(--interpolate=boundary)"));
+  ControlMesh uneven = oracle::box_mesh(5, 5, 5, 1);
+  for (Vec3& p : uneven.positions)
+    p = p.unaryExpr([](double x) { return std::ceil(x / 2) + (x == 2 || x == 4) * 0.02; });
+  EXPECT_THAT(error_of({.mesh = file_of(uneven), .meaning = {.smooth = true, .interpolate = "all"}}),
+              ContainsRegex("would fold in cells [0-9, ]+ and [0-9]+ more: the first is near \\([-0-9., ]+\\) mm; keep "
+                            "such places back, or edges sharp \\(--interpolate=boundary\\)$"))
+      << "with one place";
   const LoadedMesh near =
       load_mesh({.mesh = file_of(dented), .grades = {"a=x"}, .meaning = {.smooth = true, .interpolate = "boundary"}});
   EXPECT_THAT(near.warnings, Contains(HasSubstr("all vertices of the boundary but 8, which stay behind")));
