@@ -24,6 +24,7 @@
 #include "client/cli/text_values.h"
 #include "core/base/echo.h"
 #include "core/limit/deviation.h"
+#include "core/mesh/cell_counts.h"
 #include "core/mesh/cell_kind.h"
 #include "core/mesh/channels.h"
 #include "core/mesh/face_cone.h"
@@ -175,19 +176,18 @@ std::string describe_size(const FileFacts& facts, const LoadedMesh& loaded) {
 
 std::string describe_region(const CellRegionSummary& region, bool full) {
   if (full) return describe(to_proto(region));
-  return "\n  region     " + echoed(region.name) + ": " + show_count(region.control_cells) +
-         (region.control_cells == 1 ? " cell, " : " cells, ") + show_number(region.control_volume_mm3) +
-         " mm^3 of the control mesh";
+  return "\n  region     " + echoed(region.name) + ": " + show_count(region.control_cells, "cell") + ", " +
+         show_number(region.control_volume_mm3) + " mm^3 of the control mesh";
 }
 
 std::string file_as_text(const std::string& name, const LoadedMesh& loaded, const FileFacts& facts) {
   std::string text = name + ": a valid control mesh\n  id         " + loaded.bytes->id();
   text += "\n  cells      ";
   for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
-    text += (kind ? ", " : "") + show_count(facts.cells_by_kind[kind]) + " " + std::string(kCellKinds[kind].plural);
+    text += (kind ? ", " : "") + show_count(facts.cells_by_kind[kind], noun_of(kCellKinds[kind].kind));
   }
   text += "\n  vertices   " + show_count(loaded.mesh.vertex_count()) + ", " +
-          show_count(loaded.mesh.sharp_edges.size()) + " sharp edges";
+          show_count(loaded.mesh.sharp_edges.size(), "sharp edge");
   if (loaded.parts.count > 1) {
     text += "\n  parts      " + show_count(loaded.parts.count) + ", " + show_count(loaded.parts.of_one_cell) +
             " of them of one cell";
@@ -199,7 +199,7 @@ std::string file_as_text(const std::string& name, const LoadedMesh& loaded, cons
   }
   for (const CellRegionSummary& region : facts.cell_regions) text += describe_region(region, facts.limit.has_value());
   if (!loaded.report.inverted_cells.empty()) {
-    text += "\n  inverted   " + show_count(loaded.report.inverted_cells.size()) + " cells";
+    text += "\n  inverted   " + show_count(loaded.report.inverted_cells.size(), "cell");
   }
   for (const std::string& warning : loaded.warnings) text += "\n  note       " + warning;
   if (!facts.limit) text += std::string("\n  left out   ") + kLeftOut;

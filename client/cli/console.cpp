@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "core/base/count_text.h"
 #include "core/base/echo.h"
 
 namespace ccslice::cli {
@@ -50,7 +51,7 @@ std::string show_count(std::uint64_t count) {
 }
 
 std::string show_count(std::uint64_t count, std::string_view noun) {
-  return show_count(count) + " " + std::string(noun) + (count == 1 ? "" : "s");
+  return show_count(count) + " " + (count == 1 ? std::string(noun) : plural_of(noun));
 }
 
 std::string show_duration(double seconds) {

@@ -113,8 +113,8 @@ std::string describe(const v1::LimitDeviation& deviation) {
 }
 
 std::string describe(const v1::CellRegion& region) {
-  const std::string text = "\n  region     " + echoed(region.name()) + ": " + show_count(region.control_cells()) +
-                           (region.control_cells() == 1 ? " cell, " : " cells, ") + show_number(region.volume_mm3()) +
+  const std::string text = "\n  region     " + echoed(region.name()) + ": " +
+                           show_count(region.control_cells(), "cell") + ", " + show_number(region.volume_mm3()) +
                            " mm^3";
   if (region.control_volume_mm3() == 0) return text;  // Older servers don't say.
   return text + " (" + change_text(region.volume_mm3(), region.control_volume_mm3()) + ")";
@@ -122,12 +122,12 @@ std::string describe(const v1::CellRegion& region) {
 
 std::string describe(const v1::MeshSummary& mesh) {
   std::string text = echoed(mesh.mesh_id(), kMeshIdBytes);
-  text += "\n  control    " + show_count(mesh.control_cells()) + " cells, " + show_count(mesh.control_vertices()) +
-          " vertices, " + show_count(mesh.sharp_edges()) + " sharp edges";
-  text += "\n  irregular  " + show_count(mesh.extraordinary_edges()) + " extraordinary edges, " +
-          show_count(mesh.extraordinary_vertices()) + " extraordinary vertices, " +
-          show_count(mesh.irregular_boundary_edges()) + " boundary edges";
-  text += "\n  limit      " + show_count(mesh.limit_cells()) + " cells: " + show_count(mesh.regular_cells()) +
+  text += "\n  control    " + show_count(mesh.control_cells(), "cell") + ", " +
+          show_count(mesh.control_vertices(), "vertex") + ", " + show_count(mesh.sharp_edges(), "sharp edge");
+  text += "\n  irregular  " + show_count(mesh.extraordinary_edges(), "extraordinary edge") + ", " +
+          show_count(mesh.extraordinary_vertices(), "extraordinary vertex") + ", " +
+          show_count(mesh.irregular_boundary_edges(), "boundary edge");
+  text += "\n  limit      " + show_count(mesh.limit_cells(), "cell") + ": " + show_count(mesh.regular_cells()) +
           " regular, " + show_count(mesh.line_cells()) + " along a line, " + show_count(mesh.vertex_cells()) +
           " at a vertex";
   text += "\n  size       " + describe(mesh.bounding_box());
@@ -138,7 +138,7 @@ std::string describe(const v1::MeshSummary& mesh) {
   }
   for (const v1::CellRegion& region : mesh.cell_regions()) text += describe(region);
   if (mesh.inverted_control_cell_count() > 0) {
-    text += "\n  inverted   " + show_count(mesh.inverted_control_cell_count()) + " control cells";
+    text += "\n  inverted   " + show_count(mesh.inverted_control_cell_count(), "control cell");
   }
   text += describe_faults(mesh);
   return text + "\n  memory     " + show_bytes(mesh.memory_bytes()) + " on the server, prepared in " +
@@ -184,7 +184,7 @@ std::string describe(const v1::PlanSlicesResponse& plan) {
   const v1::Grid& grid = plan.grid();
   const v1::VoxelRegion region = client::region_of(plan);
   std::string text = show_count(region.extent().columns()) + " x " + show_count(region.extent().rows()) + " voxels, " +
-                     show_count(plan.layer_count()) + " layers";
+                     show_count(plan.layer_count(), "layer");
   text += "\n  pitch      " + show_size(grid.pitch().x_mm(), grid.pitch().y_mm(), grid.pitch().z_mm()) + " mm";
   text += "\n  grid       " + show_size(plan.size_mm().x(), plan.size_mm().y(), plan.size_mm().z()) + " mm, from (" +
           show_number(grid.origin_mm().x()) + ", " + show_number(grid.origin_mm().y()) + ", " +

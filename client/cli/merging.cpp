@@ -150,8 +150,7 @@ ConnectedMesh validate_split(const MergeOptions& options, ControlMesh& checked, 
   std::string places;
   if (report.edges > 0) places = show_count(report.edges, "edge");
   if (report.vertices > 0) {
-    places += (places.empty() ? "" : " and ") +
-              (report.vertices == 1 ? "1 vertex" : show_count(report.vertices) + " vertices");
+    places += (places.empty() ? "" : " and ") + show_count(report.vertices, "vertex");
   }
   const ConnectedParts parts = count_parts(mesh);
   std::string note = "the mesh touches itself in " + places + ", the first at " + place_in_mm(report.first) +

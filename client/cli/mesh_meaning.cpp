@@ -38,7 +38,7 @@ std::string fault_of(const FittedMesh& fitted, const ControlMesh& sharpened, dou
   const double missed_mm = scale * report.farthest.distance_mm();
   if (report.missed > 0 && missed_mm > most_missed_mm) {
     const Vec3& at = report.farthest.position;
-    return "the limit would miss " + show_count(report.missed) + (report.missed == 1 ? " vertex" : " vertices") +
+    return "the limit would miss " + show_count(report.missed, "vertex") +
            " of the boundary by more than half a voxel, the most by " + show_number(missed_mm) + " mm: vertex " +
            std::to_string(report.farthest.vertex) + kInTheFile + show_place({at.x(), at.y(), at.z()}) + " mm";
   }

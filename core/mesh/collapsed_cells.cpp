@@ -15,9 +15,11 @@
 #include <vector>
 
 #include "core/base/contains.h"
+#include "core/base/count_text.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/mesh/cell_complex.h"
+#include "core/mesh/cell_counts.h"
 #include "core/mesh/join_points.h"
 #include "core/mesh/mid_nodes.h"
 #include "core/mesh/point_clusters.h"
@@ -410,14 +412,15 @@ void Resolver::note() {
   std::vector<std::string> kinds;
   for (const CellKindTraits& traits : kCellKinds) {
     const std::size_t count = of_kind[static_cast<std::size_t>(traits.kind)];
-    if (count > 0) kinds.push_back(std::to_string(count) + " " + std::string(traits.plural));
+    if (count > 0) kinds.push_back(count_text(count, noun_of(traits.kind)));
   }
   if (!kinds.empty()) {
     file_.warnings.push_back("cells with repeated corners are read as what they are: " +
                              echoed_list(kinds, kinds.size()));
   }
   if (pyramids > 0) {
-    file_.warnings.push_back(std::to_string(pyramids) + " pyramids are read as two tetrahedra each");
+    file_.warnings.push_back(count_text(pyramids, "pyramid") + (pyramids == 1 ? " is" : " are") +
+                             " read as two tetrahedra each");
   }
 }
 

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <span>
 
+#include "core/base/count_text.h"
 #include "core/base/number_text.h"
 
 namespace ccslice {
@@ -31,8 +32,6 @@ using Thing = std::vector<std::int64_t>;
 
 bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
-std::string in_plural(const std::string& noun) { return noun == "vertex" ? "vertices" : noun + "s"; }
 
 class Renumberer {
  public:
@@ -175,7 +174,7 @@ void Renumberer::add_noun(const NounInText& noun) {
     out_.resize(out_.size() - kControl.size());
   }
   const std::string& name = noun.named == Named::kCell ? numbers_.cell_noun : numbers_.vertex_noun;
-  out_ += noun.many ? in_plural(name) : name;
+  out_ += noun.many ? plural_of(name) : name;
 }
 
 void Renumberer::add_place(const Thing& first, const NounInText& noun, bool several) {

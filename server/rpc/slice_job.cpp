@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/count_text.h"
 #include "core/base/echo.h"
 #include "core/base/engine_version.h"
 #include "core/base/number_text.h"
@@ -92,8 +93,8 @@ void warn_of_inverted_cells(const SliceJob& job, const LimitSolid& solid, v1::Pl
     ++next;
   }
   for (const std::uint32_t cell : listed) warning.add_control_cells(cell);
-  warning.set_message(std::to_string(inverted.size()) + " control cells are inverted" + where +
-                      "; repair the mesh if that isn't meant");
+  warning.set_message(count_text(inverted.size(), "control cell") + (inverted.size() == 1 ? " is" : " are") +
+                      " inverted" + where + "; repair the mesh if that isn't meant");
 }
 
 /// Depths are those of the placed part where the placement keeps angles.
@@ -139,8 +140,8 @@ void warn_of_solid(const SliceJob& job, const SolidSummary& solid, v1::PlanSlice
     }
     v1::PlanWarning& warning =
         add_warning(plan, v1::PLAN_WARNING_KIND_FOLDS,
-                    "the limit volume folds over itself in " + std::to_string(solid.folding_cells) + " limit cells" +
-                        where + "; there the lowest cell gives the material. Untwist the control mesh there");
+                    "the limit volume folds over itself in " + count_text(solid.folding_cells, "limit cell") + where +
+                        "; there the lowest cell gives the material. Untwist the control mesh there");
     for (const FoldPlace& fold : solid.folds) {
       *warning.add_places_mm() = to_message(Vec3(job.placement * fold.position));
       warning.add_control_cells(fold.control_cell);

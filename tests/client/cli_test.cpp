@@ -158,6 +158,7 @@ TEST(Console, ShowsNumbersForPeople) {
   EXPECT_EQ(show_count(1, "layer"), "1 layer");
   EXPECT_EQ(show_count(0, "layer"), "0 layers");
   EXPECT_EQ(show_count(1234, "layer"), "1,234 layers");
+  EXPECT_EQ(show_count(1234, "vertex"), "1,234 vertices");
   EXPECT_EQ(show_duration(0.34), "0.3 s");
   EXPECT_EQ(show_duration(200), "3 min 20 s");
   EXPECT_EQ(show_duration(7500), "2 h 5 min");

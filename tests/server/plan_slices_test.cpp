@@ -151,6 +151,18 @@ TEST_F(PlanSlices, WarnsOfFoldsWithTheirPlaces) {
   }
 }
 
+// Its corner lies beyond the opposite one.
+TEST_F(PlanSlices, WarnsOfASingleInvertedCell) {
+  v1::ControlMesh mesh = make_block(2, 10);
+  for (int coordinate = 0; coordinate < 3; ++coordinate) mesh.set_positions_mm(coordinate, 6);
+  mesh.set_allow_folds(true);
+  request_.set_mesh_id(server_.upload_good(mesh));
+  ASSERT_TRUE(warns_of(v1::PLAN_WARNING_KIND_INVERTED_CELLS));
+  const v1::PlanWarning& warning =
+      *std::ranges::find(response_.warnings(), v1::PLAN_WARNING_KIND_INVERTED_CELLS, &v1::PlanWarning::kind);
+  EXPECT_THAT(warning.message(), testing::StartsWith("1 control cell is inverted, "));
+}
+
 TEST_F(PlanSlices, WarnsOfThinFeatures) {
   EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_THIN_FEATURE)) << "10 mm are many voxels";
   request_.set_smallest_feature_mm(10.5);

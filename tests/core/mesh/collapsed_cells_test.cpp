@@ -74,7 +74,7 @@ TEST(CollapsedCells, HexahedraAreWedgesInEveryRotation) {
     MeshFile file = file_of({{CellKind::kHex, turned({0, 1, 2, 2, 4, 5, 6, 6}, way)}});
     resolve_collapsed_cells(file);
     ASSERT_THAT(file.mesh.cell_kinds, ElementsAre(CellKind::kWedge));
-    EXPECT_THAT(file.warnings, ElementsAre("cells with repeated corners are read as what they are: 1 wedges"));
+    EXPECT_THAT(file.warnings, ElementsAre("cells with repeated corners are read as what they are: 1 wedge"));
     // Its triangles are those of the corners 0 1 2 and 4 5 6, above each other.
     const Corners& corners = file.mesh.cell_vertices;
     for (std::size_t i = 0; i < 3; ++i)
