@@ -22,7 +22,11 @@ void GmshCells::add(const GmshElementType& type, std::uint64_t number, std::span
     second_order_.push_back({cell, static_cast<std::uint32_t>(places.size())});
     for (const std::uint8_t place : places) mid_nodes_.push_back(tags[place]);
   }
-  if (type.order > 2) higher_order_.push_back(cell);
+  if (type.order > 2) {
+    const auto others = tags.subspan(corners.size());
+    higher_order_.push_back({cell, static_cast<std::uint32_t>(others.size())});
+    left_out_.insert(left_out_.end(), others.begin(), others.end());
+  }
   kinds_.push_back(type.kind);
   numbers_.push_back(number);
   marks_.push_back(mark);
@@ -36,11 +40,13 @@ bool GmshCells::last_is_twin() const {
 
 void GmshCells::drop_last() {
   const auto cell = static_cast<std::uint32_t>(size() - 1);
-  if (!second_order_.empty() && second_order_.back().cell == cell) {
-    mid_nodes_.resize(mid_nodes_.size() - second_order_.back().nodes);
-    second_order_.pop_back();
-  }
-  if (!higher_order_.empty() && higher_order_.back() == cell) higher_order_.pop_back();
+  const auto drop = [&](std::vector<Curved>& cells, std::vector<std::uint64_t>& nodes) {
+    if (cells.empty() || cells.back().cell != cell) return;
+    nodes.resize(nodes.size() - cells.back().nodes);
+    cells.pop_back();
+  };
+  drop(second_order_, mid_nodes_);
+  drop(higher_order_, left_out_);
   corners_.resize(corners_.size() - static_cast<std::size_t>(corner_count(kinds_.back())));
   kinds_.pop_back();
   numbers_.pop_back();
@@ -76,14 +82,19 @@ void GmshCells::connect(const NodeNumbers& nodes, const TextScanner& text, MeshF
     }
   }
   add_mid_nodes(nodes, text, file.second_order);
+  auto left_out = left_out_.begin();
+  for (const Curved& curved : higher_order_) {
+    for (std::uint32_t i = 0; i < curved.nodes; ++i) {
+      file.left_out_nodes.push_back(vertex(nodes, *left_out++, curved.cell, text));
+    }
+  }
   corners_ = {};
   mid_nodes_ = {};
+  left_out_ = {};
   marks_ = {};
   file.mesh.cell_kinds = std::move(kinds_);
   file.numbers.cells = std::move(numbers_);
-  if (higher_order_.empty()) return;
-  file.warnings.push_back(std::to_string(higher_order_.size()) +
-                          " cells of third order or higher taken by their corners: curved edges become straight");
+  note_higher_order(higher_order_.size(), "with `gmsh -order 2`", file);
 }
 
 }  // namespace ccslice

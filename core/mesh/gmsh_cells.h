@@ -41,9 +41,8 @@ class GmshCells {
     std::uint32_t cell;
     std::uint32_t nodes;
   };
-  std::vector<Curved> second_order_;
-  std::vector<std::uint64_t> mid_nodes_;     // Tags, those of one such cell after the other.
-  std::vector<std::uint32_t> higher_order_;  // Cells of third order and more.
+  std::vector<Curved> second_order_, higher_order_;
+  std::vector<std::uint64_t> mid_nodes_, left_out_;  // Tags, those of one such cell after the other.
 };
 
 }  // namespace ccslice

@@ -141,12 +141,13 @@ void MeditHighOrder::finish(MeshFile& file) {
       for (std::size_t mid = 0; mid < mid_nodes.size(); ++mid) mid_nodes[mid] = nodes[order[corners + mid]];
       add_second_order_cell(cell, mid_nodes, file.second_order);
     }
-    if (section.cells->order > 2) higher_order += section.count();
+    if (section.cells->order > 2) {
+      higher_order += section.count();
+      file.left_out_nodes.insert(file.left_out_nodes.end(), section.nodes.begin(), section.nodes.end());
+    }
     section.nodes = {};
   }
-  if (higher_order == 0) return;
-  file.warnings.push_back(std::to_string(higher_order) +
-                          " cells of third order or higher taken by their corners: curved edges become straight");
+  note_higher_order(higher_order, "in second order", file);
 }
 
 }  // namespace ccslice

@@ -58,6 +58,7 @@ struct MeshFile {
   std::vector<CellSet> cell_materials{};    // The same of the materials that sections give to elements.
   FileNumbers numbers{};
   SecondOrderCells second_order{};  // While the file is read: leave_out_unused_vertices() makes mid_nodes of them.
+  std::vector<std::uint32_t> left_out_nodes{};  // Likewise: those of cells that are taken without them.
 };
 
 /// What errors say of files without volume cells, such as those of surfaces.

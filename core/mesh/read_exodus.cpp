@@ -225,6 +225,8 @@ void ExodusReader::read_cells(const NetcdfVariable& connect, const ExodusElement
     });
     if (!places.empty()) {
       add_second_order_cell(static_cast<std::uint32_t>(mesh.cell_count()), mid_nodes, file_.second_order);
+    } else {
+      for (std::uint64_t i = corners; i < nodes; ++i) file_.left_out_nodes.push_back(vertex(numbers, first + i));
     }
     mesh.cell_kinds.push_back(type.kind);
   }

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <functional>
 #include <string>
+#include <utility>
 
+#include "core/base/count_text.h"
 #include "core/base/error.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/mid_nodes.h"
@@ -72,6 +74,18 @@ std::vector<bool> used_nodes(const MeshFile& file) {
   return used;
 }
 
+namespace {
+
+void note_unused(std::vector<bool> known, MeshFile& file) {
+  for (const std::uint32_t node : std::exchange(file.left_out_nodes, {})) known[node] = true;
+  const auto unused = std::ranges::count(known, false);
+  if (unused == 0) return;
+  file.warnings.push_back(count_text(static_cast<std::uint64_t>(unused), "vertex") +
+                          " that no cell uses left out; lists of vertices count the others");
+}
+
+}  // namespace
+
 void leave_out_unused_vertices(const UnfitNumbers& unfit, const TextScanner& scanner, MeshFile& file) {
   ControlMesh& mesh = file.mesh;
   const std::vector<bool> used = used_vertices(mesh), known = used_nodes(file);
@@ -99,11 +113,7 @@ void leave_out_unused_vertices(const UnfitNumbers& unfit, const TextScanner& sca
   for (auto& face : mesh.mid_nodes.faces) {
     for (std::uint32_t& vertex : face) vertex = new_id[vertex];
   }
-  const auto left_out = std::ranges::count(known, false);
-  if (left_out == 0) return;
-  file.warnings.push_back(std::to_string(left_out) +
-                          (left_out == 1 ? " vertex that no cell uses" : " vertices that no cell uses") +
-                          " left out; lists of vertices count the others");
+  note_unused(known, file);
 }
 
 }  // namespace ccslice

@@ -68,8 +68,8 @@ std::vector<bool> used_vertices(const ControlMesh& mesh);
 std::vector<bool> used_nodes(const MeshFile& file);
 
 /// Makes mid_nodes of second_order, then leaves out the vertices that no cell uses as a corner, with a note of how many
-/// aren't such nodes either. numbers.vertices goes along. Throws Error{kMeshNonFinite} if a node that
-/// cells use has an unfit number. REQUIRES: the cells' vertices exist, and nothing is sharp.
+/// aren't such nodes either, nor left_out_nodes. numbers.vertices goes along. Throws Error{kMeshNonFinite} if a node
+/// that cells use has an unfit number. REQUIRES: the vertices of cells and all nodes exist, and nothing is sharp.
 void leave_out_unused_vertices(const UnfitNumbers& unfit, const TextScanner& scanner, MeshFile& file);
 
 }  // namespace ccslice

@@ -14,6 +14,7 @@
 #include "core/mesh/bezier_nodes.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/mid_nodes.h"
+#include "core/mesh/second_order_cells.h"
 
 namespace ccslice {
 namespace {
@@ -136,8 +137,9 @@ void VtkCellAppender::append_cell(const VtkCells& cells, std::size_t cell, const
   }
   if (type.pyramid) mesh.cell_vertices.insert(mesh.cell_vertices.end(), 3, mesh.cell_vertices.back());
   mesh.cell_kinds.push_back(type.kind);
-  higher_order_ += *degree == 3;
   if (*degree == 2) keep_nodes(cells, cell, type, scanner);
+  higher_order_ += *degree == 3;
+  if (*degree == 3) leave_out_nodes(cells, cell, type, scanner);
 }
 
 void VtkCellAppender::refuse_point(const VtkCells& cells, std::size_t cell, std::uint32_t point,
@@ -145,6 +147,16 @@ void VtkCellAppender::refuse_point(const VtkCells& cells, std::size_t cell, std:
   scanner.fail_at(cells.places[cell], ErrorCode::kMeshIndexOutOfRange,
                   "point id " + std::to_string(point) + "; the file has " + std::to_string(file_.mesh.vertex_count()) +
                       " points, counted from 0");
+}
+
+/// But for those that are kept.
+void VtkCellAppender::leave_out_nodes(const VtkCells& cells, std::size_t cell, const VtkCellType& type,
+                                      const TextScanner& scanner) {
+  for (std::uint64_t i = cells.offsets[cell] + type.corners(); i < cells.offsets[cell + 1]; ++i) {
+    const std::uint32_t node = cells.connectivity[i];
+    if (node >= file_.mesh.vertex_count()) refuse_point(cells, cell, node, scanner);
+    file_.left_out_nodes.push_back(node);
+  }
 }
 
 void VtkCellAppender::keep_nodes(const VtkCells& cells, std::size_t cell, const VtkCellType& type,
@@ -164,6 +176,7 @@ void VtkCellAppender::keep_nodes(const VtkCells& cells, std::size_t cell, const 
   }
   const bool has_others = points == 19 || points == 21 || (points == 15 && type.kind == CellKind::kTet);
   with_other_nodes_ += has_others;
+  if (has_others) leave_out_nodes(cells, cell, type, scanner);
 }
 
 void VtkCellAppender::refuse_polyhedron(const VtkCells& cells, std::size_t cell, const std::string& what,
@@ -254,7 +267,7 @@ void VtkCellAppender::warn() {
   const auto note = [&](std::size_t count, const std::string& text) {
     if (count > 0) file_.warnings.push_back(std::to_string(count) + " " + text);
   };
-  note(higher_order_, "cells of third or higher order taken by their corners: curved edges become straight");
+  note_higher_order(higher_order_, "in second order", file_);
   note(rational_, "Bezier cells with rational weights taken by their corners: curved edges become straight");
   note(with_other_nodes_, "cells have nodes in the middle of triangles or of themselves, which are left out");
   note(flat_.count, "points, lines or faces among the cells left out (cells " + flat_.ids() + ")");

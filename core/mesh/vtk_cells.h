@@ -70,6 +70,7 @@ class VtkCellAppender {
 
   void append_cell(const VtkCells& cells, std::size_t cell, const VtkCellType& type, const TextScanner& scanner);
   void keep_nodes(const VtkCells& cells, std::size_t cell, const VtkCellType& type, const TextScanner& scanner);
+  void leave_out_nodes(const VtkCells& cells, std::size_t cell, const VtkCellType& type, const TextScanner& scanner);
   void append_polyhedron(const VtkCells& cells, std::size_t cell, const TextScanner& scanner);
   std::vector<FaceRing> rings_of(const VtkCells& cells, std::size_t cell, const TextScanner& scanner) const;
   [[noreturn]] void refuse_polyhedron(const VtkCells& cells, std::size_t cell, const std::string& what,

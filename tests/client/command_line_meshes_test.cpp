@@ -346,7 +346,7 @@ TEST_F(CommandLine, ConvertWritesBezierCells) {
   EXPECT_THAT(done.err, HasSubstr("1,464 of 2,408 cells lie at irregular edges and vertices"));
   EXPECT_THAT(read_file_bytes(vtu, 1 << 30), HasSubstr("Name=\"HigherOrderDegrees\""));
   EXPECT_THAT(run_alone({"convert", vtu, "-o", path("again.ccmesh")}).err,
-              HasSubstr("cells of third or higher order taken by their corners"));
+              HasSubstr("cells of third order or higher taken by their corners"));
   EXPECT_THAT(run_alone({"convert", engine, "--bezier", "0", "-o", path("x.json")}).err,
               HasSubstr("--bezier goes with"));
   EXPECT_EQ(run_alone({"convert", engine, "--bezier", "0", "--limit", "0", "-o", path("x.vtu")}).exit_code,

@@ -38,6 +38,14 @@ TEST(UsedVertices, StayInTheirOrderWithTheirChannels) {
   EXPECT_EQ(file.warnings.size(), 1u) << "nothing was left to leave out";
 }
 
+TEST(UsedVertices, AreNotAllThatCellsUse) {
+  MeshFile file = six_vertices();
+  file.left_out_nodes = {3, 3};
+  leave_out_unused_vertices({}, TextScanner(""), file);
+  EXPECT_EQ(file.mesh.vertex_count(), 4u);
+  EXPECT_THAT(file.warnings, ElementsAre("1 vertex that no cell uses left out; lists of vertices count the others"));
+}
+
 TEST(UsedVertices, AloneHaveToHaveFiniteNumbers) {
   MeshFile file = six_vertices();
   TextScanner scanner("nan\n1e39\n");
