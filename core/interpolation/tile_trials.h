@@ -17,8 +17,8 @@
 
 namespace ccslice {
 
-/// Tries tiles around five cells of few voxels inside of the solid, and around five on its boundary. True if
-/// at least half of each five fit. The answer follows from the solid and the spec alone. `stencils`: of the solid, or null.
+/// Tries tiles around five cells of few voxels inside of the solid, and around five on its boundary. True if at least
+/// half of each five fit. The answer follows from the solid and the spec alone. `stencils`: of the solid, or null.
 /// REQUIRES: all tolerances positive.
 [[nodiscard]] bool do_tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec,
                                 std::shared_ptr<BlockStencils> stencils);
