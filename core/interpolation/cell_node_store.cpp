@@ -57,8 +57,10 @@ std::shared_ptr<BlockStencils> CellNodeStore::stencils_of(const LimitSolid& soli
 }
 
 bool CellNodeStore::tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec) {
-  std::call_once(tiles_tried_, [&] { tiles_fit_ = do_tiles_fit(solid, spec, stencils_of(*solid)); });
-  return tiles_fit_;
+  std::call_once(tiles_tried_, [&] {
+    if (!tiles_fit_) tiles_fit_ = do_tiles_fit(solid, spec);
+  });
+  return *tiles_fit_;
 }
 
 std::optional<std::uint32_t> CellNodeStore::awaited_layer(std::uint32_t first_layer) {
@@ -86,6 +88,8 @@ void CellNodeStore::forget_beyond_most() {
   }
 }
 
-std::shared_ptr<CellNodeStore> make_cell_node_store() { return std::make_shared<CellNodeStore>(kMostBytesOfJob); }
+std::shared_ptr<CellNodeStore> make_cell_node_store(std::optional<bool> tiles_fit) {
+  return std::make_shared<CellNodeStore>(kMostBytesOfJob, tiles_fit);
+}
 
 }  // namespace ccslice

@@ -32,8 +32,10 @@ struct CellNodes {
 /// Safe to call from many threads.
 class CellNodeStore {
  public:
-  /// `most_bytes`: beyond, the cells that were asked for longest ago are forgotten.
-  explicit CellNodeStore(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+  /// `most_bytes`: beyond, the cells that were asked for longest ago are forgotten. `tiles_fit`: do_tiles_fit() of the
+  /// job, if that is known.
+  explicit CellNodeStore(std::size_t most_bytes, std::optional<bool> tiles_fit = {})
+      : tiles_fit_(tiles_fit), most_bytes_(most_bytes) {}
 
   /// A cell that isn't kept starts as a single unknown node. `bounds`: hold the cell, in voxels.
   [[nodiscard]] std::shared_ptr<CellNodes> nodes_of(LimitCellId cell, const Box3& bounds);
@@ -69,7 +71,7 @@ class CellNodeStore {
   std::once_flag stencils_made_;
   std::shared_ptr<BlockStencils> stencils_;
   std::once_flag tiles_tried_;
-  bool tiles_fit_ = true;
+  std::optional<bool> tiles_fit_;
   std::atomic<std::int64_t> awaited_layer_ = kNotBegun;
   const std::size_t most_bytes_;
   mutable std::mutex mutex_;  // Guards what follows.
@@ -79,6 +81,6 @@ class CellNodeStore {
 };
 
 /// A store with room for what a few slabs of a job need.
-[[nodiscard]] std::shared_ptr<CellNodeStore> make_cell_node_store();
+[[nodiscard]] std::shared_ptr<CellNodeStore> make_cell_node_store(std::optional<bool> tiles_fit = {});
 
 }  // namespace ccslice

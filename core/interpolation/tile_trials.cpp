@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <utility>
 
 #include "core/interpolation/small_cells.h"
 #include "core/interpolation/tile_fitter.h"
@@ -22,11 +21,10 @@ constexpr double kFewestVoxels = 256;  // Of a trial's box.
 
 }  // namespace
 
-bool do_tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec,
-                  std::shared_ptr<BlockStencils> stencils) {
+bool do_tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec) {
   const Placement voxel_of_mesh = ccslice::voxel_of_mesh(spec.placement, spec.grid);
   const SmallCells small(solid, voxel_of_mesh.inverse(Eigen::Affine), true);
-  TileFitter fitter(solid, spec, std::move(stencils));
+  TileFitter fitter(solid, spec, nullptr);
   const auto fits_around = [&](LimitCellId cell) {
     Box3 box = grown(solid->index().cell_boxes.box(cell).transformed(voxel_of_mesh), kAround);
     const double voxels = std::max(box.volume(), 1.0);

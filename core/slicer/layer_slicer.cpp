@@ -190,14 +190,15 @@ struct LayerSlicer::State {
   }
 };
 
-LayerSlicer::LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job, const CancellationToken& cancel)
+LayerSlicer::LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job, const CancellationToken& cancel,
+                         std::optional<bool> tiles_fit)
     : LayerSlicer([&] {
         auto index = std::make_shared<const ContourIndex>(*solid, job.placement, Vec3::UnitZ(), cancel);
         std::optional<HalftonePlan> halftone;
         const VoxelPitch& pitch = job.grid.pitch;
         if (shows_materials(job)) halftone.emplace(*job.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm, cancel);
-        return std::make_shared<const Shared>(
-            Shared{std::move(solid), std::move(job), std::move(index), std::move(halftone), make_cell_node_store()});
+        return std::make_shared<const Shared>(Shared{std::move(solid), std::move(job), std::move(index),
+                                                     std::move(halftone), make_cell_node_store(tiles_fit)});
       }()) {}
 LayerSlicer::LayerSlicer(std::shared_ptr<const Shared> shared)
     : state_([&] {

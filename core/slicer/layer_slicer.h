@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "core/base/cancellation.h"
 #include "core/job/slice_job.h"
@@ -19,8 +20,10 @@ namespace ccslice {
 /// One thread's worker. Holds scratch memory of one layer, and of what paints a slab of them.
 class LayerSlicer {
  public:
-  /// REQUIRES: validate_job(*solid, job) passes. Throws Error{kCancelled}.
-  LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job, const CancellationToken& cancel = {});
+  /// `tiles_fit`: SlicerMemory::tiles_fit of the job, if that is known. REQUIRES: validate_job(*solid, job) passes.
+  /// Throws Error{kCancelled}.
+  LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job, const CancellationToken& cancel = {},
+              std::optional<bool> tiles_fit = {});
   ~LayerSlicer();
   LayerSlicer(LayerSlicer&&) noexcept;
   LayerSlicer& operator=(LayerSlicer&&) noexcept;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <random>
 #include <span>
 #include <utility>
@@ -155,6 +156,7 @@ struct Cells {
   double all_pieces = 0;   // Of all slabs.
   double runs = 0;         // Of pieces, in a layer of it.
   double tile_voxels = 0;  // Of cells without pieces, in the fullest slab.
+  bool tiles_fit = true;   // do_tiles_fit().
 };
 
 /// How many pieces and holes cells of one class are cut into on average: some of them are followed down their trees, to
@@ -197,7 +199,8 @@ Cells cells_of(const std::shared_ptr<const LimitSolid>& shared_solid, const Slic
   const LimitSolid& solid = *shared_solid;
   const Placement voxel_of = voxel_of_mesh(job.placement, job.grid);
   const InterpolationSpec spec = interpolation_spec_of(job, solid.summary().channels);
-  const SmallCells small(shared_solid, voxel_of.inverse(Eigen::Affine), do_tiles_fit(shared_solid, spec, nullptr));
+  const bool tiles_fit = do_tiles_fit(shared_solid, spec);
+  const SmallCells small(shared_solid, voxel_of.inverse(Eigen::Affine), tiles_fit);
   const double voxels_of_mm3 = std::abs(voxel_of.linear().determinant());
   const std::size_t slabs = job.grid.extent.layers / kSlabLayers + 1;
   IntervalSums pieces(slabs), runs(slabs), tile_voxels(slabs);
@@ -228,7 +231,7 @@ Cells cells_of(const std::shared_ptr<const LimitSolid>& shared_solid, const Slic
       runs.add(first, last, each_way * size.y());
     }
   }
-  return {pieces.most(), all_pieces, runs.most(), tile_voxels.most()};
+  return {pieces.most(), all_pieces, runs.most(), tile_voxels.most(), tiles_fit};
 }
 
 /// What stays of a piece as long as it's known, and what a slab makes of it besides.
@@ -255,10 +258,12 @@ SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const
   double shared = boundary.faces * 2 * sizeof(Box3), slicer = kCodecs + picture_bytes(job, scope);
   slicer += contour_bytes(boundary, job, scope, interpolates ? kSlabLayers : 1);
   if (channels > 0) slicer += kPatchesOfInverter;
+  std::optional<bool> tiles_fit;
   const CellIndex& index = solid->index();
   if (channels > 0 && index.fold_boxes.size() + index.overlap_boxes.size() > 0) slicer += kPartsOfInverter;
   if (interpolates) {
     const Cells cells = cells_of(solid, job, scope, cancel);
+    tiles_fit = cells.tiles_fit;
     const double irregular = static_cast<double>(solid->cell_count() - solid->summary().regular_cells);
     const double all_piece_bytes = cells.all_pieces * piece_bytes(channels);
     shared += std::min(kPiecesOfJob, all_piece_bytes) + std::min(kStencilsOfJob, irregular * kStencilsOfCell);
@@ -270,7 +275,7 @@ SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const
     slicer += cells.tile_voxels / kVoxelsOfTile * (channels * sizeof(CubicPolynomial) + 256);
   }
   return {static_cast<std::uint64_t>(shared), static_cast<std::uint64_t>(slicer),
-          static_cast<std::uint64_t>(boundary.rows)};
+          static_cast<std::uint64_t>(boundary.rows), tiles_fit};
 }
 
 }  // namespace ccslice

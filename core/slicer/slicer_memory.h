@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "core/base/cancellation.h"
 #include "core/job/slice_job.h"
@@ -21,9 +22,10 @@
 namespace ccslice {
 
 struct SlicerMemory {
-  std::uint64_t shared_bytes = 0;  // Of all slicers of the job together.
-  std::uint64_t slicer_bytes = 0;  // Of each.
-  std::uint64_t crossings = 0;     // Of rows with the boundary, in the fullest layer: finding them takes time, too.
+  std::uint64_t shared_bytes = 0;      // Of all slicers of the job together.
+  std::uint64_t slicer_bytes = 0;      // Of each.
+  std::uint64_t crossings = 0;         // Of rows with the boundary, in the fullest layer: finding them takes time, too.
+  std::optional<bool> tiles_fit = {};  // What a LayerSlicer of the job would have to find out, too, if it interpolates.
 };
 
 /// At most, with the layer that is being made, and without the solid. Takes about a microsecond for every face and

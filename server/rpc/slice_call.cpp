@@ -110,7 +110,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
 
   /// What all slicers of the job share is prepared here, before any of them, so that no worker waits for another one.
   void start_work() override {
-    LayerSlicer prototype(mesh_->solid(), *job_, cancel_);
+    LayerSlicer prototype(mesh_->solid(), *job_, cancel_, memory_.tiles_fit);
     const auto source = std::make_shared<SlicerSource>(
         std::move(prototype), memory_, std::move(scratch_),
         SlicerSource::Limits{.left_bytes = bytes_left(scratch_bytes()),

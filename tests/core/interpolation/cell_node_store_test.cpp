@@ -81,6 +81,13 @@ TEST(CellNodeStore, CountsWhatPiecesHold) {
   EXPECT_EQ(nodes.memory_bytes() - two, sizeof(ParameterMap));
 }
 
+TEST(CellNodeStore, TriesNoTilesWhereItIsToldWhetherTheyFit) {
+  const Solid solid = LimitSolid::prepare(make_bracket());
+  const SliceJob job = job_of(solid, {0.2, 0.2, 0.06});
+  const InterpolationSpec spec{job.placement, job.grid, {{0, 1e-3}}, kOutsideMm};
+  for (const bool told : {false, true}) EXPECT_EQ(make_cell_node_store(told)->tiles_fit(solid, spec), told);
+}
+
 TEST(CellNodeStore, NamesTheLayerOfTheFirstWorkerUntilThatIsFound) {
   CellNodeStore store(1 << 20);
   EXPECT_EQ(store.awaited_layer(7), std::nullopt) << "nobody came before";

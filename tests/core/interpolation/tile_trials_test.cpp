@@ -25,7 +25,7 @@ bool tiles_fit(const std::function<double(const Vec3&)>& material, double tolera
   const auto solid = LimitSolid::prepare(mesh);
   SliceJob job = job_of(solid, {0.2, 0.2, 0.2});
   job.material_tolerance = tolerance;
-  return do_tiles_fit(solid, interpolation_spec_of(job, solid->summary().channels), nullptr);
+  return do_tiles_fit(solid, interpolation_spec_of(job, solid->summary().channels));
 }
 
 double wave(const Vec3& p) { return std::sin(p.x()) * std::cos(p.y() + p.z()); }
