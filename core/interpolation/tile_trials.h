@@ -17,8 +17,8 @@
 namespace ccslice {
 
 /// Tries tiles around five cells of few voxels inside of the solid, and around five on its boundary. True if at least
-/// half of each five fit. The answer follows from the solid and the spec alone. Takes a millisecond or two. REQUIRES: all
-/// tolerances positive.
+/// half of each five fit. The answer follows from the solid and the spec alone. Takes a millisecond or two. REQUIRES:
+/// all tolerances positive.
 [[nodiscard]] bool do_tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec);
 
 /// Which parts of a tile are tried. Half as many voxels may be skipped as were tried or skipped in vain since the last
