@@ -31,8 +31,8 @@ class LocalPreparation {
 
   /// The next solid, or another round: where preparing it tells its progress. Holds until this is called again.
   PreparationProgress* begin();
-  /// What preparing takes at least, as PrepareOptions::reserve is told it: a note of the first figure that is much, and
-  /// of those that are much more than the last one told.
+  /// Takes the least memory that preparing needs, as PrepareOptions::reserve is told it. Prints the first figure that
+  /// is much, and those that are much more than the last one printed.
   void tell_memory(std::uint64_t bytes);
   /// A bar of other work, in items of the whole.
   void count(const std::string& step, std::uint64_t done, std::uint64_t total);

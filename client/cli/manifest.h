@@ -62,7 +62,7 @@ std::string describe(const v1::Box3& box);
 std::string describe(const v1::LimitDeviation& deviation);
 std::string describe(const v1::CellRegion& region);
 std::string describe(const v1::MeshSummary& mesh);
-/// Of a mesh only where its limit folds, may fold, or overlaps itself: begins with a line end, or is empty.
+/// Says only where the limit of a mesh folds, may fold, or overlaps itself. Begins with a line end, or is empty.
 std::string describe_faults(const v1::MeshSummary& mesh);
 std::string describe(const v1::GetServerInfoResponse& info);
 std::string describe(const v1::PlanSlicesResponse& plan);

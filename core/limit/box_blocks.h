@@ -78,7 +78,7 @@ class BoxBlocks {
   template <typename Visit>
   bool visit_within(std::uint32_t block, std::uint32_t other, Visit visit) const {
     for (std::size_t own_group = block * kGroups; own_group < (block + 1) * kGroups; ++own_group) {
-      // Of eight boxes at a time, most don't meet the other block at all.
+      // Most boxes don't meet the other block at all: eight of them are ruled out at once.
       for (unsigned own = meeting(groups_[own_group], blocks_[other]); own != 0; own &= own - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(own));
         if (!visit_box(own_group * kFloatLanes + lane, other, visit)) return false;

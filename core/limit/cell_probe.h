@@ -33,8 +33,8 @@ class CellProbe {
       : solid_(solid), evaluator_(solid, kPatchCacheBytes), acceptance_(solid, kAcceptMm) {}
 
   LimitEvaluator& evaluator() noexcept { return evaluator_; }
-  /// What was done so far, in boxes compared (some fifty nanoseconds): a point looked for by Newton's method takes as
-  /// long as 32 of them.
+  /// The work so far, in boxes compared (some fifty nanoseconds): a point looked for by Newton's method takes as long
+  /// as 32 of them.
   std::uint64_t work() const noexcept { return work_; }
   /// Nothing if the cell doesn't hold the point, or not deeper than kLeastOverlapMm.
   std::optional<PlaceInCell> find(LimitCellId cell, const Vec3& point) noexcept;

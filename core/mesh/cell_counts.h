@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What one cell of a kind is called, for count_text().
+// The noun for one cell of a kind, for count_text().
 
 #pragma once
 

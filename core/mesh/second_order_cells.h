@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the readers of cells of second order and higher share.
+// Code that the readers of cells of second order and higher share.
 
 #pragma once
 

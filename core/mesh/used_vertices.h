@@ -43,8 +43,7 @@ class UnfitNumbers {
     std::uint64_t mark;
     std::string message;
   };
-  /// What to say of the first one, in the order of the calls, at a vertex that is used, if there is one. `numbers`: of
-  /// the vertices that the calls count.
+  /// The complaint of the first call whose vertex is used, or nothing. `numbers`: of the vertices that the calls count.
   std::optional<Complaint> first_used(const std::vector<bool>& used, const FileNumbers& numbers) const;
   /// Throws Error{kMeshNonFinite} at its place.
   void throw_if_used(const std::vector<bool>& used, const FileNumbers& numbers, const TextScanner& scanner) const;

@@ -149,7 +149,7 @@ void VtkCellAppender::refuse_point(const VtkCells& cells, std::size_t cell, std:
                       " points, counted from 0");
 }
 
-/// But for those that are kept.
+/// Notes the nodes beside the corners, so that none of them counts as a vertex that no cell uses.
 void VtkCellAppender::leave_out_nodes(const VtkCells& cells, std::size_t cell, const VtkCellType& type,
                                       const TextScanner& scanner) {
   for (std::uint64_t i = cells.offsets[cell] + type.corners(); i < cells.offsets[cell + 1]; ++i) {
