@@ -11,7 +11,7 @@
 #include <span>
 
 #include "core/base/count_text.h"
-#include "core/base/number_text.h"
+#include "core/base/place_text.h"
 
 namespace ccslice {
 namespace {
@@ -248,10 +248,8 @@ std::uint64_t file_cell(const FileNumbers& numbers, std::size_t cell) {
 std::string place_in_mm(const Vec3& place) {
   constexpr int kDigits = 6;
   constexpr double kRounding = 1e-9;
-  const auto text = [&](double x) {
-    return number_text(std::abs(x) <= kRounding * place.cwiseAbs().maxCoeff() ? 0 : x, kDigits);
-  };
-  return "(" + text(place.x()) + ", " + text(place.y()) + ", " + text(place.z()) + ") mm";
+  const double rounding = kRounding * place.cwiseAbs().maxCoeff();
+  return place_text(place.unaryExpr([=](double x) { return std::abs(x) <= rounding ? 0 : x; }), kDigits);
 }
 
 }  // namespace ccslice

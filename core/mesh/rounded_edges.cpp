@@ -10,6 +10,7 @@
 #include <set>
 
 #include "core/base/number_text.h"
+#include "core/base/place_text.h"
 
 namespace ccslice {
 
@@ -33,8 +34,7 @@ std::string describe(const RoundedEdges& rounded) {
   const auto text = [](double number) { return number_text(number, kDigits); };
   return std::to_string(rounded.count) + (rounded.count == 1 ? " edge" : " edges") + " where the mesh turns by " +
          text(kLeastRoundedDeg) + " degrees or more aren't sharp, and the limit bulges there; the most, by " +
-         text(rounded.turn_deg) + " degrees, near (" + text(rounded.place.x()) + ", " + text(rounded.place.y()) + ", " +
-         text(rounded.place.z()) + ") mm";
+         text(rounded.turn_deg) + " degrees, near " + place_text(rounded.place, kDigits);
 }
 
 }  // namespace ccslice

@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/base/place_text.h"
 
 namespace ccslice {
 namespace {
@@ -127,9 +128,8 @@ void HalftonePass::refuse(const Place& place, const Source& source, std::uint32_
     values += (values.empty() ? "" : ", ") + number_text(values_[row][voxel], kPlaceDigits);
   }
   throw Error(ErrorCode::kFractionsOutOfRange,
-              source.field + ": in layer " + std::to_string(place.layer) + " at (" +
-                  number_text(centre.x(), kPlaceDigits) + ", " + number_text(centre.y(), kPlaceDigits) + ", " +
-                  number_text(centre.z(), kPlaceDigits) + ") mm the channels' values give no fractions: " + values +
+              source.field + ": in layer " + std::to_string(place.layer) + " at " + place_text(centre, kPlaceDigits) +
+                  " the channels' values give no fractions: " + values +
                   "; correct them or the map, or leave strict out",
               source.field);
 }

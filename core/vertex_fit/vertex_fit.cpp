@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/number_text.h"
+#include "core/base/place_text.h"
 #include "core/limit/cell_index.h"
 #include "core/mesh/cell_regions.h"
 #include "core/mesh/channels.h"
@@ -77,12 +77,6 @@ std::vector<ControlCellId> without(const std::vector<ControlCellId>& cells, cons
   std::vector<ControlCellId> rest;
   std::ranges::set_difference(cells, known, std::back_inserter(rest));
   return rest;
-}
-
-std::string place_text(const Vec3& place) {
-  constexpr int kDigits = 4;
-  return "(" + number_text(place.x(), kDigits) + ", " + number_text(place.y(), kDigits) + ", " +
-         number_text(place.z(), kDigits) + ") mm";
 }
 
 double diagonal(const ControlMesh& mesh) {
@@ -269,6 +263,7 @@ ControlMesh VertexFit::fit_all(const Values& gaps) const {
 }
 
 void VertexFit::require_none(const std::vector<ControlCellId>& folds) const {
+  constexpr int kDigits = 4;
   if (folds.empty()) return;
   Vec3 middle = Vec3::Zero();
   const auto corners = complex_.cell_vertices(CellId{folds.front()});
@@ -277,8 +272,8 @@ void VertexFit::require_none(const std::vector<ControlCellId>& folds) const {
   for (const ControlCellId c : folds) offenders.add(c);
   offenders.throw_if_any(ErrorCode::kMeshNotInterpolable, "a limit through all vertices of the boundary would fold in",
                          kCells,
-                         std::string(folds.size() == 1 ? "it" : "the first") + " is near " + place_text(middle) +
-                             "; keep such places back, or edges sharp",
+                         std::string(folds.size() == 1 ? "it" : "the first") + " is near " +
+                             place_text(middle, kDigits) + "; keep such places back, or edges sharp",
                          "cell_vertices");
 }
 

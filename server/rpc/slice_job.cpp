@@ -14,6 +14,7 @@
 #include "core/base/echo.h"
 #include "core/base/engine_version.h"
 #include "core/base/number_text.h"
+#include "core/base/place_text.h"
 #include "core/inversion/thin_features.h"
 #include "core/job/validate_job.h"
 #include "core/limit/deviation.h"
@@ -67,11 +68,6 @@ Box3 box_of(const VoxelRegion& region, const Grid& grid) {
 }
 
 Box3 grid_box(const Grid& grid) { return box_of(whole_region(grid), grid); }
-
-std::string place_text(const Vec3& place, int digits) {
-  return "(" + number_text(place.x(), digits) + ", " + number_text(place.y(), digits) + ", " +
-         number_text(place.z(), digits) + ") mm";
-}
 
 /// The listed cells, and the middle of the limit of each, where it is found at once.
 void warn_of_inverted_cells(const SliceJob& job, const LimitSolid& solid, v1::PlanSlicesResponse& plan) {
