@@ -13,6 +13,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -43,6 +44,12 @@ constexpr std::size_t block_slot(std::size_t node) noexcept { return node / 2 + 
 inline constexpr std::array<std::size_t, 3> kRepeatingSlots = {kEvenBlockNodes, kBlockSlots - 2, kBlockSlots - 1};
 constexpr std::size_t repeated_node(std::size_t slot) {
   return std::tuple_size_v<BlockPoints> - 1 - slot / (kBlockSlots / 2);
+}
+
+/// The node that is kept there.
+constexpr std::size_t node_of_slot(std::size_t slot) noexcept {
+  constexpr std::size_t kHalf = kBlockSlots / 2;
+  return std::min(2 * (slot % kHalf) + slot / kHalf, repeated_node(slot));
 }
 
 /// One number at every slot.

@@ -48,14 +48,6 @@ SharedNodes shared_nodes(double low, double high, double whole_low, double whole
   return nodes;
 }
 
-/// A point's numbers by fours, for as many lanes: x, y, z and a channel at first, then four channels each. Calls
-/// visit(lanes before them, first channel, channels).
-template <typename Visit>
-void for_each_four_numbers(std::size_t channels, Visit visit) {
-  visit(3, 0, std::min<std::size_t>(1, channels));
-  for (std::size_t c = 1; c < channels; c += kLanes) visit(0, c, std::min(kLanes, channels - c));
-}
-
 /// The patch that holds the whole box, if one does: patches are boxes of parameters, too.
 std::optional<PatchPlace> patch_of_box(const LimitSolid::Data& data, LimitCellId cell, const ParamBox& box) {
   constexpr double kInwards = 1e-6;

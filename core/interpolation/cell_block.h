@@ -29,6 +29,14 @@ struct CellBlock {
   std::vector<BlockValues> values;      // Values of the channels asked for.
 };
 
+/// A point's numbers by fours, for as many lanes: x, y, z and a channel at first, then four channels each. Calls
+/// visit(lanes before them, first channel, channels).
+template <typename Visit>
+void for_each_four_numbers(std::size_t channels, Visit visit) {
+  visit(3, 0, std::min<std::size_t>(1, channels));
+  for (std::size_t c = 1; c < channels; c += kLanes) visit(0, c, std::min(kLanes, channels - c));
+}
+
 /// Samples one solid on one thread. Memory is kept from block to block; so are the last blocks that were sampled patch
 /// by patch, as the halves of a box share nodes with it. Results don't depend on what is kept.
 class CellBlockSampler {

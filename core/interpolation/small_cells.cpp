@@ -3,36 +3,42 @@
 
 #include "core/interpolation/small_cells.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include <cmath>
-#include <utility>
-
+#include "core/limit/cell_bricks.h"
 #include "core/limit/cell_index.h"
 
 namespace ccslice {
 namespace {
 
-constexpr double kSmallestWhereTilesFit = 5000, kSmallest = 600;  // Voxels of a cell.
+// Voxels of a cell. Of a whole brick a tile takes fewer samples.
+constexpr double kSmallestInBricks = 20000, kSmallestWhereTilesFit = 5000, kSmallest = 600;
+constexpr std::size_t kWholeBrick = 64;  // Cells.
 
 }  // namespace
 
 SmallCells::SmallCells(std::shared_ptr<const LimitSolid> solid, const Placement& mesh_of_voxel, bool tiles_fit)
     : solid_(std::move(solid)),
       mesh_of_voxel_(mesh_of_voxel),
-      smallest_regular_mm3_((tiles_fit ? kSmallestWhereTilesFit : kSmallest) *
-                            std::abs(mesh_of_voxel_.linear().determinant())),
-      smallest_irregular_mm3_(kSmallest * std::abs(mesh_of_voxel_.linear().determinant())),
-      are_some_(solid_->index().regular_volumes.least < smallest_regular_mm3_ ||
-                solid_->index().irregular_volumes.least < smallest_irregular_mm3_),
+      smallest_mm3_(kSmallest * std::abs(mesh_of_voxel_.linear().determinant())),
+      smallest_regular_mm3_((tiles_fit ? kSmallestWhereTilesFit / kSmallest : 1) * smallest_mm3_),
+      smallest_in_bricks_mm3_((tiles_fit ? kSmallestInBricks / kSmallest : 1) * smallest_mm3_),
+      are_some_(solid_->index().regular_volumes.least < smallest_in_bricks_mm3_ ||
+                solid_->index().irregular_volumes.least < smallest_mm3_),
       are_all_(solid_->index().regular_volumes.most < smallest_regular_mm3_ &&
-               solid_->index().irregular_volumes.most < smallest_irregular_mm3_),
+               solid_->index().irregular_volumes.most < smallest_mm3_),
       voxel_in_mesh_mm_(mesh_of_voxel_.linear().colwise().norm().maxCoeff()) {}
 
 bool SmallCells::contain(LimitCellId cell) const {
-  const bool regular = solid_->cell_class(cell) == CellClass::kRegular;
-  return solid_->index().volume_mm3(cell) < (regular ? smallest_regular_mm3_ : smallest_irregular_mm3_);
+  const double volume = solid_->index().volume_mm3(cell);
+  if (solid_->cell_class(cell) != CellClass::kRegular) return volume < smallest_mm3_;
+  if (volume < smallest_regular_mm3_) return true;
+  if (volume >= smallest_in_bricks_mm3_) return false;
+  const CellBricks& bricks = solid_->bricks();
+  const std::uint32_t brick = bricks.brick_of(cell);
+  return brick != kNone && bricks[brick].cell_count() >= kWholeBrick;
 }
 
 bool SmallCells::any_at(const Vec3& voxel) const {

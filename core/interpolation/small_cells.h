@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Which cells are too small, in voxels, for pieces of their own: they are left to tiles (interpolation/tile_tree.h).
-// Regular cells may be larger than irregular ones, if fits across cells fail beside irregular lines only.
+// Regular cells may be larger than irregular ones, if fits across cells fail beside irregular lines only; in whole
+// bricks (limit/cell_bricks.h), which tiles sample as one, larger still.
 
 #pragma once
 
@@ -28,7 +29,7 @@ class SmallCells {
  private:
   std::shared_ptr<const LimitSolid> solid_;
   Placement mesh_of_voxel_;
-  double smallest_regular_mm3_, smallest_irregular_mm3_;  // Smaller cells are small.
+  double smallest_mm3_, smallest_regular_mm3_, smallest_in_bricks_mm3_;  // Smaller cells are small.
   bool are_some_, are_all_;
   double voxel_in_mesh_mm_;  // At most.
 };

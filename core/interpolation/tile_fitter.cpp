@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/interpolation/shares.h"
+#include "core/limit/cell_bricks.h"
 #include "core/limit/cell_index.h"
 
 namespace ccslice {
@@ -102,6 +103,7 @@ double TileFitter::fit_polynomials(std::span<const std::uint32_t> particles) {
 /// share stands for what it misses.
 double TileFitter::bound_over(const TileParticle& particle, double enough) {
   const double share = particle.one_patch ? kTileShare : kSampledTileShare;
+  const bool is_brick = particle.brick != kNone;
   in_frame_ = particle.places;
   enter_frame(frame_, kBlockGroups, in_frame_);
   bound_.set_places(in_frame_, 0);
@@ -112,9 +114,18 @@ double TileFitter::bound_over(const TileParticle& particle, double enough) {
       errors[g] = particle.values[c][g] - values_at(polynomials_[c], in_frame_[0][g], in_frame_[1][g], in_frame_[2][g]);
     }
     const double allowed = share * channels_[c].tolerance;
-    worst = std::max(bound_(polynomials_[c], errors, enough * allowed) / allowed, worst);
+    const double rest = is_brick ? left_by(particle, c) : 0;
+    worst = std::max((bound_(polynomials_[c], errors, enough * allowed - rest) + rest) / allowed, worst);
   }
   return worst;
+}
+
+/// What residuals add to the error of a channel: |m - p(X)| <= |Q_m - p(Q_X)| + |m - Q_m| + |p(X) - p(Q_X)|.
+double TileFitter::left_by(const TileParticle& particle, std::size_t channel) const {
+  const Vec3 moved = particle.residuals.position.cwiseProduct(frame_.scale);
+  const double farthest = std::max(frame_(particle.bounds.min()).cwiseAbs().maxCoeff(),
+                                   frame_(particle.bounds.max()).cwiseAbs().maxCoeff());
+  return particle.residuals.values[channel] + bound_of_slopes(polynomials_[channel], farthest).dot(moved);
 }
 
 /// How much of a tolerance following a polynomial may take, as far as voxels may lie off the solid. A voxel x off the
@@ -157,13 +168,23 @@ double TileFitter::bound_of_steepness(std::span<const std::uint32_t> particles) 
 
 /// A side of it that is on the boundary may come near some voxel of the box.
 bool TileFitter::is_at_boundary(const TileParticle& particle, const Box3& box) const {
-  const unsigned sides = solid_->boundary_sides(particle.cell);
+  unsigned sides = 0;
+  Vec3 end = Vec3::Ones();
+  if (particle.brick == kNone) {
+    sides = solid_->boundary_sides(particle.cell);
+  } else {
+    const CellBrick& brick = solid_->bricks()[particle.brick];
+    sides = brick.boundary_sides;
+    end = Vec3(brick.cells[0], brick.cells[1], brick.cells[2]);
+  }
   const Box3 reached = particles_.reached(box);
   for (std::size_t side = 0; side < 6; ++side) {
     const auto axis = static_cast<Eigen::Index>(side / 2);
     const bool high = side % 2 != 0;
-    if (!(sides >> side & 1) || (high ? particle.parameters.high[axis] < 1 : particle.parameters.low[axis] > 0))
+    if (!(sides >> side & 1) ||
+        (high ? particle.parameters.high[axis] < end[axis] : particle.parameters.low[axis] > 0)) {
       continue;
+    }
     Box3 face;
     for (std::size_t n = 0; n < std::tuple_size_v<BlockPoints>; ++n) {
       const std::size_t at = n / kBlockStride[side / 2] % kBlockNodes;

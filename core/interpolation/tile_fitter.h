@@ -50,6 +50,7 @@ class TileFitter {
  private:
   double fit_polynomials(std::span<const std::uint32_t> particles);
   double bound_over(const TileParticle& particle, double enough);
+  double left_by(const TileParticle& particle, std::size_t channel) const;
   double steepness(const TileParticle& particle) const;
   double bound_of_steepness(std::span<const std::uint32_t> particles) const;
   bool is_at_boundary(const TileParticle& particle, const Box3& box) const;

@@ -1,7 +1,11 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a box of voxels is made of: PARTICLES, boxes of cells' parameters, sampled forward, that meet it.
+// What a box of voxels is made of: PARTICLES, boxes of the parameters of cells, or of bricks of cells
+// (limit/cell_bricks.h), sampled forward, that meet it.
+//
+// A brick is one particle as long as its residuals are next to nothing; else it is halved along all axes, down to its
+// cells.
 //
 // Cells that are large beside the box are halved, along the axis of their parameters that goes farthest along the axis
 // of the voxels in which they stick out most, until no particle sticks out far. So the particles of a small box are
@@ -29,12 +33,14 @@ inline constexpr double kParticleMargin = 0.06;
 
 struct TileParticle {
   LimitCellId cell;
-  std::uint32_t first_child = 0;  // Its halves, if they were needed.
+  std::uint32_t brick = kNone;                  // The parameters are this one's, unless it is kNone.
+  std::uint32_t first_child = 0, children = 0;  // Its parts, if they were needed.
   ParamBox parameters;
-  bool one_patch;
-  Box3 bounds;  // Voxels.
+  bool one_patch;  // Places and values are tricubic in the parameters, but for residuals.
+  Box3 bounds;     // Voxels.
   BlockPlacesInVoxels places;
   std::vector<BlockValues> values;  // By channel.
+  BrickResiduals residuals;         // Of a brick, positions in voxels.
 };
 
 /// One thread. Memory is kept.
@@ -75,18 +81,23 @@ class TileParticles {
  private:
   [[nodiscard]] bool collect(const Box3& box, std::size_t most);
   [[nodiscard]] bool add_meeting(std::uint32_t particle, const Box3& box, std::size_t most);
-  std::uint32_t all_of(LimitCellId cell);
-  std::uint32_t sample(LimitCellId cell, const ParamBox& parameters);
-  void halve(std::uint32_t particle, Eigen::Index voxel_axis);
+  std::uint32_t whole(std::uint32_t unit);
+  std::uint32_t add_particle(const TileParticle& like, const ParamBox& parameters);
+  void sample(TileParticle& particle);
+  bool is_coarse(const TileParticle& particle) const;
+  [[nodiscard]] bool part(std::uint32_t particle, unsigned axes);
+  unsigned axis_along(const TileParticle& particle, Eigen::Index voxel_axis) const;
 
   std::shared_ptr<const LimitSolid> solid_;
   const Placement mesh_of_voxel_;
   const Vec3 pitch_mm_, outside_voxels_;
+  const std::vector<ChannelTolerance> channels_;
   VoxelBlocks blocks_;
   std::vector<std::unique_ptr<TileParticle>> pool_;  // The first ones, `used_` of them, are in use.
   std::size_t used_ = 0;
-  std::unordered_map<std::uint32_t, std::uint32_t> of_cells_;  // By cell: the particle that is all of it.
+  std::unordered_map<std::uint32_t, std::uint32_t> of_units_;  // The particle that is all of a cell or brick.
   std::vector<std::uint32_t> members_;                         // Particles of the boxes on the way down.
+  std::vector<std::uint32_t> units_;                           // That meet the box at hand: bricks, then cells.
 };
 
 }  // namespace ccslice

@@ -46,6 +46,7 @@ VoxelBlocks::VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec,
     : voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
       evaluator_(std::make_unique<LimitEvaluator>(solid, kPatchCacheBytes)),
       sampler_(*evaluator_, channel_ids(spec.channels), std::move(stencils)),
+      brick_sampler_(solid, channel_ids(spec.channels)),
       residuals_(solid.data(), channel_ids(spec.channels)) {}
 
 bool VoxelBlocks::is_beside_line(LimitCellId cell, const ParamBox& box) const {
@@ -58,6 +59,15 @@ void VoxelBlocks::sample(LimitCellId cell, const ParamBox& box, BlockPlacesInVox
   sampler_.sample(cell, box, block_);
   block_.values.swap(values);
   place(kBlockGroups, places);
+}
+
+void VoxelBlocks::sample(const CellBrick& brick, const ParamBox& box, BlockPlacesInVoxels& places,
+                         std::vector<BlockValues>& values, BrickResiduals& residuals) {
+  block_.values.swap(values);
+  brick_sampler_.sample(brick, box, block_, residuals);
+  block_.values.swap(values);
+  place(kBlockGroups, places);
+  residuals.position = voxel_of_mesh_.linear().cwiseAbs() * residuals.position;
 }
 
 void VoxelBlocks::sample_between_nodes(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places,

@@ -10,6 +10,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/interpolation/brick_blocks.h"
 #include "core/interpolation/cell_block.h"
 #include "core/interpolation/cubic_polynomial.h"
 #include "core/interpolation/interpolation_spec.h"
@@ -44,6 +45,9 @@ class VoxelBlocks {
   bool is_beside_line(LimitCellId cell, const ParamBox& box) const;
   /// Samples at the nodes. `values`: of the spec's channels.
   void sample(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places, std::vector<BlockValues>& values);
+  /// The same of a box of a brick. Of its residuals, positions are in voxels.
+  void sample(const CellBrick& brick, const ParamBox& box, BlockPlacesInVoxels& places,
+              std::vector<BlockValues>& values, BrickResiduals& residuals);
   /// Samples between the nodes: the first kGroupsBetweenNodes groups.
   void sample_between_nodes(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places,
                             std::vector<BlockValues>& values);
@@ -57,6 +61,7 @@ class VoxelBlocks {
   const Placement voxel_of_mesh_;
   std::unique_ptr<LimitEvaluator> evaluator_;  // Stays where it is when this is moved: the sampler points to it.
   CellBlockSampler sampler_;
+  BrickSampler brick_sampler_;
   LineResiduals residuals_;
   CellBlock block_;
 };

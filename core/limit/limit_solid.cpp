@@ -27,12 +27,12 @@ std::size_t bytes_of(const VertexLimits& vertices) {
 
 std::size_t memory_bytes(const LimitSolid::Data& data) {
   return sizeof(data) + bytes_of(data.summary.inverted_control_cells) + bytes_of(data.points) + bytes_of(data.rings) +
-         bytes_of(data.ring_orders) + bytes_of(data.cells) + data.cell_maps.memory_bytes() + bytes_of(data.faces) +
-         bytes_of(data.face_rings) + bytes_of(data.face_hulls) + bytes_of(data.cell_regions) +
-         bytes_of(data.control_corners) + bytes_of(data.first_corners) + data.operators.memory_bytes() +
-         data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() + bytes_of(data.fold_cells) +
-         data.hulls_near_folds.memory_bytes() + data.overlap_boxes.memory_bytes() + bytes_of(data.parts) +
-         bytes_of(data.boundary_vertices) + bytes_of(data.interface_vertices);
+         bytes_of(data.ring_orders) + bytes_of(data.cells) + data.bricks.memory_bytes() +
+         data.cell_maps.memory_bytes() + bytes_of(data.faces) + bytes_of(data.face_rings) + bytes_of(data.face_hulls) +
+         bytes_of(data.cell_regions) + bytes_of(data.control_corners) + bytes_of(data.first_corners) +
+         data.operators.memory_bytes() + data.cell_boxes.memory_bytes() + data.fold_boxes.memory_bytes() +
+         bytes_of(data.fold_cells) + data.hulls_near_folds.memory_bytes() + data.overlap_boxes.memory_bytes() +
+         bytes_of(data.parts) + bytes_of(data.boundary_vertices) + bytes_of(data.interface_vertices);
 }
 
 }  // namespace
@@ -49,6 +49,7 @@ std::shared_ptr<const LimitSolid> LimitSolid::prepare(ControlMesh mesh, const Pr
   data->rings.shrink_to_fit();
   data->ring_orders.shrink_to_fit();
   data->cells.shrink_to_fit();
+  find_bricks(options, *data);
   build_cell_boxes(options, *data);
   find_folds(options, *data);
   options.begin(PreparationStep::kFinishing);
@@ -85,6 +86,7 @@ std::uint8_t LimitSolid::region_of(ControlCellId cell) const noexcept {
   return data_->cell_regions.empty() ? std::uint8_t{0} : data_->cell_regions[cell];
 }
 const CellIndex& LimitSolid::index() const noexcept { return *data_; }
+const CellBricks& LimitSolid::bricks() const noexcept { return data_->bricks; }
 
 Box3 LimitSolid::placed_bounding_box(const Placement& placement, const CancellationToken& cancel) const {
   return ccslice::bounding_box(BoundarySurface(*this), placement, cancel);

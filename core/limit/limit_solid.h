@@ -142,6 +142,7 @@ struct PrepareOptions {
 };
 
 struct CellIndex;
+class CellBricks;
 
 class LimitSolid {
  public:
@@ -181,6 +182,8 @@ class LimitSolid {
   std::uint8_t region_of(ControlCellId cell) const noexcept;
   /// Where the cells are.
   const CellIndex& index() const noexcept;
+  /// Which regular cells are parts of one B-spline (cell_bricks.h).
+  const CellBricks& bricks() const noexcept;
 
   struct Data;  // solid_data.h, private to core/limit.
   const Data& data() const noexcept { return *data_; }

@@ -58,6 +58,9 @@ void find_overlaps(const ControlMesh& mesh, const CancellationToken& cancel, Lim
 /// are looked for in cells. `solid`: of `data`. REQUIRES: all else but hulls_near_folds.
 void find_overlapping_cells(const LimitSolid& solid, const PrepareOptions& options, LimitSolid::Data& data);
 
+/// Fills bricks. REQUIRES: the summary's deviation and counts.
+void find_bricks(const PrepareOptions& options, LimitSolid::Data& data);
+
 /// Finds what the cells near fold_boxes consist of, as closely as `most_bytes` allow: fills hulls_near_folds, or leaves
 /// them empty, which costs time near folds and changes nothing else. REQUIRES: cell_boxes, fold_boxes.
 void find_hulls_near_folds(std::size_t most_bytes, const CancellationToken& cancel, LimitSolid::Data& data);

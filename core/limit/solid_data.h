@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What a LimitSolid keeps: control points of all refinement levels, one-rings of the limit-ready cells and boundary
-// faces as indices into them, shared operators, and the index of cells, which alone is for all (LimitSolid::index()).
-// Private to core/limit and to the sampling of blocks (interpolation/cell_block.h).
+// faces as indices into them, shared operators, and the index of cells and their bricks, which alone are for all
+// (LimitSolid::index(), bricks()). Private to core/limit and to the sampling of blocks (interpolation/cell_block.h,
+// interpolation/brick_blocks.h).
 
 #pragma once
 
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "core/limit/boundary_surface.h"
+#include "core/limit/cell_bricks.h"
 #include "core/limit/cell_index.h"
 #include "core/limit/limit_solid.h"
 #include "core/subdivision/frame.h"
@@ -78,6 +80,7 @@ struct LimitSolid::Data : CellIndex {
   std::vector<std::uint32_t> rings;        // Of families of cells, of stars and of faces.
   std::vector<std::uint32_t> ring_orders;  // Shared by cells with rings that are alike.
   std::vector<LimitCell> cells;
+  CellBricks bricks;
   OperatorTable operators;
   std::vector<BoundaryFace> faces;  // Of the boundary, then of interfaces.
   std::uint32_t boundary_face_count = 0;

@@ -41,6 +41,14 @@ struct Frame {
     const auto coordinate = [&](std::size_t a) { return is_mirrored(a) ? 1 - along(a, x, y, z) : along(a, x, y, z); };
     return {coordinate(0), coordinate(1), coordinate(2)};
   }
+  Vec3 from_framed(const Vec3& framed) const {
+    Vec3 uvw;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double coordinate = framed[static_cast<Eigen::Index>(a)];
+      uvw[axis[a]] = is_mirrored(a) ? 1 - coordinate : coordinate;
+    }
+    return uvw;
+  }
   friend bool operator==(const Frame&, const Frame&) = default;
 };
 

@@ -34,8 +34,8 @@ FORBIDDEN = {
 PRIVATE = {
     "core/limit/prepare.h": ("core/limit",),
     "core/limit/solid_data.h": (
-        "core/limit", "core/interpolation/block_stencils.h", "core/interpolation/cell_block.cpp",
-        "core/interpolation/line_residuals.h", "core/interpolation/voxel_blocks.cpp"),
+        "core/limit", "core/interpolation/block_stencils.h", "core/interpolation/brick_blocks.cpp",
+        "core/interpolation/cell_block.cpp", "core/interpolation/line_residuals.h", "core/interpolation/voxel_blocks.cpp"),
 }
 
 
