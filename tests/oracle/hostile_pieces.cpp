@@ -15,6 +15,7 @@
 #include "core/interpolation/cell_fitter.h"
 #include "core/interpolation/tile_fitter.h"
 #include "core/interpolation/voxel_blocks.h"
+#include "core/limit/cell_bricks.h"
 #include "tests/oracle/hostile_comparisons.h"
 #include "tests/oracle/hostile_evaluated.h"
 #include "tests/oracle/hostile_random.h"
@@ -92,6 +93,7 @@ class TileSearch {
  private:
   static constexpr std::uint64_t kTileStream = 23;
   static constexpr std::size_t kMostParticles = 8;  // Of a tile.
+  static constexpr std::size_t kMostParts = 8;      // Of a particle.
   static constexpr std::uint64_t kManyVoxels = 1 << 20;
 
   Box3 random_box(HostileRandom& random) {
@@ -111,20 +113,49 @@ class TileSearch {
     if (fitter_.fit(range, box, kManyVoxels) != TileFitter::Outcome::kFits) return;
     const std::span<const std::uint32_t> members = particles.members(range);
     for (const std::uint32_t m : members.first(std::min(members.size(), kMostParticles))) {
-      for (std::size_t c = 0; c < evaluated_.spec.channels.size(); ++c) search(box, particles[m], c);
+      for (const Part& part : parts_of(particles[m])) {
+        for (std::size_t c = 0; c < evaluated_.spec.channels.size(); ++c) search(box, part, c);
+      }
     }
   }
 
-  void search(const Box3& box, const TileParticle& particle, std::size_t c) {
-    const auto [largest, at] =
-        evaluated_.find_worst(particle.cell, particle.parameters, c, fitter_.frame(), fitter_.polynomials()[c],
-                              [&box](const Vec3& voxel) { return box.contains(voxel); });
+  /// A box of one cell's parameters.
+  struct Part {
+    LimitCellId cell;
+    ParamBox box;
+  };
+
+  /// Some of the cells that a particle is of.
+  std::vector<Part> parts_of(const TileParticle& particle) const {
+    if (particle.brick == kNone) return {{particle.cell, particle.parameters}};
+    const CellBricks& bricks = evaluated_.solid->bricks();
+    const CellBrick& brick = bricks[particle.brick];
+    std::vector<Part> parts;
+    for (std::size_t n = 0; n < brick.cell_count(); ++n) {
+      const std::size_t x = brick.cells[0], y = brick.cells[1];
+      const Vec3 place(static_cast<double>(n % x), static_cast<double>(n / x % y), static_cast<double>(n / (x * y)));
+      const Vec3 low = (particle.parameters.low - place).cwiseMax(0),
+                 high = (particle.parameters.high - place).cwiseMin(1);
+      if (!(low.array() < high.array()).all()) continue;
+      const CellBricks::Cell& cell = bricks.cells(brick)[n];
+      const Vec3 a = cell.frame.from_framed(low), b = cell.frame.from_framed(high);
+      parts.push_back({cell.cell, {a.cwiseMin(b), a.cwiseMax(b)}});
+    }
+    std::vector<Part> some;
+    const std::size_t step = 1 + parts.size() / kMostParts;
+    for (std::size_t n = 0; n < parts.size(); n += step) some.push_back(parts[n]);
+    return some;
+  }
+
+  void search(const Box3& box, const Part& part, std::size_t c) {
+    const auto [largest, at] = evaluated_.find_worst(part.cell, part.box, c, fitter_.frame(), fitter_.polynomials()[c],
+                                                     [&box](const Vec3& voxel) { return box.contains(voxel); });
     ++finding_.compared;
     finding_.worst = std::max(largest, finding_.worst);
     if (largest <= 1 + evaluated_.rounding(c) || ++finding_.failed > 1) return;
     finding_.where = "tile " + vector_text(box.min()) + " to " + vector_text(box.max()) + " channel " +
                      evaluated_.range(c).name + ": " + number(largest) + " of the tolerance in cell " +
-                     std::to_string(particle.cell) + " at " + vector_text(at) + " of a part of it";
+                     std::to_string(part.cell) + " at " + vector_text(at) + " of a part of it";
   }
 
   Evaluated& evaluated_;
