@@ -55,7 +55,7 @@ class BrickFinder {
  private:
   static constexpr std::size_t kReach = CellBricks::kMostCells - 1;  // Cells on either side of the first one.
   static constexpr std::size_t kCells = 2 * kReach + 1, kPoints = kCells + 3;
-  static constexpr std::size_t kFewestCells = 4;
+  static constexpr std::size_t kFewestCells = 27;       // Lists of points of smaller ones take more than they spare.
   static constexpr std::uint32_t kUnknown = kNone - 1;  // No point has this number.
 
   using Place = std::array<std::size_t, 3>;

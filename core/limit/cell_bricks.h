@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A BRICK is a box of up to 4 x 4 x 4 regular cells whose patches are those of one uniform B-spline: its control points
-// are listed once, and the limit of all its cells follows from them.
+// A BRICK is a box of 27 to 64 regular cells, up to 4 along each axis, whose patches are those of one uniform B-spline:
+// its control points are listed once, and the limit of all its cells follows from them.
 
 #pragma once
 
