@@ -108,29 +108,31 @@ std::uint32_t TileParticles::whole(std::uint32_t unit) {
 bool TileParticles::add_meeting(std::uint32_t particle, const Box3& box, std::size_t most) {
   const TileParticle& met = *pool_[particle];
   if (!met.bounds.intersects(box)) return true;
-  if (met.children == 0) {
-    const Vec3 over = (box.min() - met.bounds.min()).cwiseMax(met.bounds.max() - box.max());
-    const Vec3 over_mm = (over.array() <= kMarginOver).select(Vec3::Zero(), over.cwiseProduct(pitch_mm_));
-    const double longest_mm = box.diagonal().cwiseProduct(pitch_mm_).maxCoeff();
-    const double most_over = met.brick == kNone ? kMostOver : kMostOverOfBrick;
-    const double allowed_mm = std::max(most_over * longest_mm, kLeastOver * pitch_mm_.minCoeff());
-    unsigned axes = is_coarse(met) ? 7 : 0;
-    if (axes == 0 && over_mm.maxCoeff() > allowed_mm) {
-      Eigen::Index farthest = 0;
-      over_mm.maxCoeff(&farthest);
-      axes = 1u << axis_along(met, farthest);
-    }
-    if (axes == 0) {
-      members_.push_back(particle);
-      return members_.size() <= most;
-    }
-    if (!part(particle, axes)) return false;
+  const unsigned axes = axes_to_halve(met, box);
+  if (axes == 0) {
+    members_.push_back(particle);
+    return members_.size() <= most;
   }
+  if (met.children == 0 && !halve(particle, axes)) return false;
   const std::uint32_t first = met.first_child, end = first + met.children;
   for (std::uint32_t child = first; child < end; ++child) {
     if (!add_meeting(child, box, most)) return false;
   }
   return true;
+}
+
+/// Bit a: the particle is to be halved along axis a of its parameters before it stands for what the box has of it.
+unsigned TileParticles::axes_to_halve(const TileParticle& particle, const Box3& box) const {
+  if (particle.coarse_axes != 0) return particle.coarse_axes;
+  const Vec3 over = (box.min() - particle.bounds.min()).cwiseMax(particle.bounds.max() - box.max());
+  const Vec3 over_mm = (over.array() <= kMarginOver).select(Vec3::Zero(), over.cwiseProduct(pitch_mm_));
+  const double longest_mm = box.diagonal().cwiseProduct(pitch_mm_).maxCoeff();
+  const double most_over = particle.brick == kNone ? kMostOver : kMostOverOfBrick;
+  const double allowed_mm = std::max(most_over * longest_mm, kLeastOver * pitch_mm_.minCoeff());
+  if (over_mm.maxCoeff() <= allowed_mm) return 0;
+  Eigen::Index farthest = 0;
+  over_mm.maxCoeff(&farthest);
+  return 1u << axis_along(particle, farthest);
 }
 
 std::uint32_t TileParticles::add_particle(const TileParticle& like, const ParamBox& parameters) {
@@ -159,13 +161,16 @@ void TileParticles::sample(TileParticle& particle) {
   particle.bounds = grown(particle.bounds, kParticleMargin);
   particle.bounds =
       Box3(particle.bounds.min() - particle.residuals.position, particle.bounds.max() + particle.residuals.position);
+  particle.coarse_axes = particle.brick == kNone ? 0 : coarse_axes(particle);
 }
 
-/// It is a box of several cells, and one tricubic polynomial leaves so much of them out that it would matter to a fit.
-bool TileParticles::is_coarse(const TileParticle& particle) const {
-  if (particle.brick == kNone) return false;
-  const Vec3 size = particle.parameters.high - particle.parameters.low;
-  if (size.maxCoeff() <= 1) return false;
+/// Those along which it has several cells, if one tricubic polynomial leaves so much of them out that it would matter.
+unsigned TileParticles::coarse_axes(const TileParticle& particle) const {
+  unsigned axes = 0;
+  for (int a = 0; a < 3; ++a) {
+    if (particle.parameters.high[a] - particle.parameters.low[a] > 1) axes |= 1u << a;
+  }
+  if (axes == 0) return 0;
   // Across all of it a channel changes by as much as its values differ: a residual of the position counts with that
   // slope.
   const double moved = particle.residuals.position.cwiseQuotient(particle.bounds.diagonal()).maxCoeff();
@@ -173,9 +178,9 @@ bool TileParticles::is_coarse(const TileParticle& particle) const {
     Lanes low = particle.values[c][0], high = low;
     for (const Lanes& values : particle.values[c]) low = lesser(low, values), high = greater(high, values);
     const double differ = largest(high) + largest(-low);
-    if (!(particle.residuals.values[c] + differ * moved <= kMostResidual * channels_[c].tolerance)) return true;
+    if (!(particle.residuals.values[c] + differ * moved <= kMostResidual * channels_[c].tolerance)) return axes;
   }
-  return false;
+  return 0;
 }
 
 /// The axis of its parameters that goes farthest along an axis of the voxels.
@@ -193,7 +198,7 @@ unsigned TileParticles::axis_along(const TileParticle& particle, Eigen::Index vo
 }
 
 /// Halves it along all these axes (bit a: axis a), between two cells if there are several. False if there is no room.
-bool TileParticles::part(std::uint32_t particle, unsigned axes) {
+bool TileParticles::halve(std::uint32_t particle, unsigned axes) {
   const ParamBox whole = pool_[particle]->parameters;
   const auto children = static_cast<std::uint32_t>(1 << std::popcount(axes));
   if (used_ + children > kMost) return false;

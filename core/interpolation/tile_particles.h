@@ -4,8 +4,8 @@
 // What a box of voxels is made of: PARTICLES, boxes of the parameters of cells, or of bricks of cells
 // (limit/cell_bricks.h), sampled forward, that meet it.
 //
-// A brick is one particle as long as its residuals are next to nothing; else it is halved along all axes, down to its
-// cells.
+// A brick is one particle as long as its residuals are next to nothing; else it is halved along all axes at once, down
+// to its cells.
 //
 // Cells that are large beside the box are halved, along the axis of their parameters that goes farthest along the axis
 // of the voxels in which they stick out most, until no particle sticks out far. So the particles of a small box are
@@ -41,6 +41,7 @@ struct TileParticle {
   BlockPlacesInVoxels places;
   std::vector<BlockValues> values;  // By channel.
   BrickResiduals residuals;         // Of a brick, positions in voxels.
+  unsigned coarse_axes = 0;         // Bit a: it has several cells along axis a and no fit is made of it as a whole.
 };
 
 /// One thread. Memory is kept.
@@ -84,8 +85,9 @@ class TileParticles {
   std::uint32_t whole(std::uint32_t unit);
   std::uint32_t add_particle(const TileParticle& like, const ParamBox& parameters);
   void sample(TileParticle& particle);
-  bool is_coarse(const TileParticle& particle) const;
-  [[nodiscard]] bool part(std::uint32_t particle, unsigned axes);
+  unsigned axes_to_halve(const TileParticle& particle, const Box3& box) const;
+  unsigned coarse_axes(const TileParticle& particle) const;
+  [[nodiscard]] bool halve(std::uint32_t particle, unsigned axes);
   unsigned axis_along(const TileParticle& particle, Eigen::Index voxel_axis) const;
 
   std::shared_ptr<const LimitSolid> solid_;
