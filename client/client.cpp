@@ -115,8 +115,9 @@ bool Client::delete_mesh(const std::string& mesh_id, const CallOptions& call) {
 }
 
 v1::PlanSlicesResponse Client::plan(const v1::PlanSlicesRequest& request, const CallOptions& call) {
-  return with_retries(call, request.mesh_id(), [&](const Endpoint& at) {
-    Call one(call, at, request.mesh_id());
+  const std::string mesh_id = mesh_id_of(request.job());
+  return with_retries(call, mesh_id, [&](const Endpoint& at) {
+    Call one(call, at, mesh_id);
     v1::PlanSlicesResponse response;
     one.check(at.stub->PlanSlices(&one.context(), request, &response));
     return response;

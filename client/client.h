@@ -6,7 +6,7 @@
 //   ccslice::client::Client client({.address = "localhost:50051"});
 //   auto mesh = std::make_shared<const MeshBytes>(control_mesh);
 //   client.ensure_uploaded(mesh);
-//   v1::SliceRangeRequest request = ...;  // request.mesh_id = mesh->id()
+//   v1::SliceRangeRequest request = ...;  // request.job.parts[0].mesh_id = mesh->id()
 //   client.slice(request, [](const v1::SliceHeader& header, Layer layer) { ... });
 //
 // - A server that has dropped the mesh (restart, full cache, another replica) gets it again: meshes passed to
@@ -42,6 +42,7 @@
 #include "client/cancellation.h"
 #include "client/client_error.h"
 #include "client/credentials.h"
+#include "client/job.h"
 #include "client/layer.h"
 #include "client/mesh_bytes.h"
 #include "client/surface.h"
@@ -105,7 +106,7 @@ struct SliceOutcome {
   std::uint64_t voxel_count = 0;
   std::uint64_t voxels_interpolated = 0;
   std::uint64_t voxels_unresolved = 0;
-  std::uint64_t voxels_repainted = 0;  // 0, unless the server broke the material tolerance and mended it.
+  std::uint64_t voxels_repainted = 0;  // 0, unless the server broke the channel tolerance and mended it.
   double max_residual_mm = 0;
   std::uint64_t encoded_bytes = 0;
   std::vector<std::uint64_t> material_voxels;  // For each material; empty if no plane shows them.

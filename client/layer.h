@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "ccslice/v1/plan.pb.h"
 #include "ccslice/v1/slice.pb.h"
 
 namespace ccslice::client {
@@ -38,8 +39,8 @@ struct Layer {
 };
 
 /// What the layers of a job hold: the whole grid, if the server doesn't say.
-v1::VoxelRegion region_of(const v1::SliceHeader& header);
-v1::VoxelRegion region_of(const v1::PlanSlicesResponse& plan);
+v1::VoxelBox region_of(const v1::SliceHeader& header);
+v1::VoxelBox region_of(const v1::PlanSlicesResponse& plan);
 
 /// Bytes of a decoded plane on a grid. REQUIRES: a sample type other than UNSPECIFIED.
 std::uint64_t sample_bytes(const v1::PlaneSpec& spec, const v1::GridExtent& extent);

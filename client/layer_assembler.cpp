@@ -13,17 +13,17 @@ namespace ccslice::client {
 namespace {
 
 template <typename Message>
-v1::VoxelRegion region_or_grid(const Message& message) {
+v1::VoxelBox region_or_grid(const Message& message) {
   if (message.has_region()) return message.region();
-  v1::VoxelRegion whole;
+  v1::VoxelBox whole;
   *whole.mutable_extent() = message.grid().extent();
   return whole;
 }
 
 }  // namespace
 
-v1::VoxelRegion region_of(const v1::SliceHeader& header) { return region_or_grid(header); }
-v1::VoxelRegion region_of(const v1::PlanSlicesResponse& plan) { return region_or_grid(plan); }
+v1::VoxelBox region_of(const v1::SliceHeader& header) { return region_or_grid(header); }
+v1::VoxelBox region_of(const v1::PlanSlicesResponse& plan) { return region_or_grid(plan); }
 
 std::optional<Layer> LayerAssembler::add(v1::SliceRangeResponse&& message) {
   require_answer(!complete_, "messages after the summary");

@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-#include "ccslice/v1/slice.pb.h"
+#include "ccslice/v1/job.pb.h"
 #include "client/layer.h"
 
 namespace ccslice::client {

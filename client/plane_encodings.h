@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "ccslice/v1/slice.pb.h"
+#include "ccslice/v1/job.pb.h"
 
 namespace ccslice::client {
 

@@ -54,6 +54,10 @@ std::optional<PreviewPicture> PreviewAssembler::add(v1::PreviewResponse&& messag
   return std::exchange(open_, std::nullopt);
 }
 
+std::string mesh_id_of(const v1::PreviewRequest& request) {
+  return request.plane().has_layer() ? mesh_id_of(request.plane().layer().job()) : request.mesh_id();
+}
+
 struct PreviewStream::State {
   State(std::shared_ptr<const Endpoint> at, const std::string& mesh_id, const CallOptions& options)
       : endpoint(std::move(at)),
@@ -113,10 +117,11 @@ std::optional<PreviewPicture> PreviewStream::next() {
 }
 
 PreviewPicture Client::preview(const v1::PreviewRequest& request, const CallOptions& call) {
-  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, request.mesh_id());
+  const std::string mesh_id = mesh_id_of(request);
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, mesh_id);
   int reuploads = 0;
   return with_retries(call, attempts, reuploads, [&](const Endpoint&) {
-    PreviewStream stream(attempts.endpoint(), request.mesh_id(), call);
+    PreviewStream stream(attempts.endpoint(), mesh_id, call);
     stream.ask(request);
     stream.done();
     std::optional<PreviewPicture> last;

@@ -54,6 +54,9 @@ class PreviewAssembler {
   bool brought_nothing_ = false;      // The part before.
 };
 
+/// The mesh that a request is about: that of its layer's job, or its own.
+std::string mesh_id_of(const v1::PreviewRequest& request);
+
 /// ask() and done() from one thread at a time, next() from another one.
 class PreviewStream {
  public:

@@ -35,8 +35,9 @@ void pin_or_compare(const v1::SliceHeader& header, SlicePin& pin) {
 }
 
 void check_header(const v1::SliceHeader& header, const v1::SliceRangeRequest& request) {
-  const bool fits = header.mesh_id() == request.mesh_id() && header.first_layer() == request.first_layer() &&
-                    header.layer_count() == request.layer_count() && header.planes_size() == request.planes_size();
+  const bool fits = header.mesh_id() == mesh_id_of(request.job()) && header.first_layer() == request.first_layer() &&
+                    header.layer_count() == request.layer_count() &&
+                    header.planes_size() == request.job().planes_size();
   if (!fits) {
     throw ClientError(grpc::StatusCode::DATA_LOSS, local_reason::kAnswerCorrupt,
                       "the server's answer is wrong: its header belongs to another request");
@@ -78,7 +79,8 @@ SliceOutcome counts_of(const Layer& layer) {
 class SliceStream {
  public:
   SliceStream(const Endpoint& endpoint, const v1::SliceRangeRequest& request, const CallOptions& options)
-      : call_(options, endpoint, request.mesh_id()), reader_(endpoint.stub->SliceRange(&call_.context(), request)) {}
+      : call_(options, endpoint, mesh_id_of(request.job())),
+        reader_(endpoint.stub->SliceRange(&call_.context(), request)) {}
   ~SliceStream() {
     if (finished_) return;
     call_.context().TryCancel();
@@ -181,7 +183,7 @@ void SliceOutcome::add_counts(const SliceOutcome& part) {
 SliceOutcome Client::slice_from(std::size_t turn, const v1::SliceRangeRequest& request, const LayerCallback& on_layer,
                                 const CallOptions& call, SlicePin& pin) {
   SliceOutcome outcome;
-  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, request.mesh_id(), turn);
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, mesh_id_of(request.job()), turn);
   with_retries(call, attempts, outcome.reuploads, [&](const Endpoint&) {
     if (outcome.layers == request.layer_count() && outcome.layers > 0) return;
     outcome.resumes += outcome.layers > 0;
@@ -245,7 +247,7 @@ SliceOutcome Client::slice(const v1::SliceRangeRequest& request, const LayerCall
                            SlicePin* pin) {
   SlicePin own_pin;
   SlicePin& pinned = pin ? *pin : own_pin;
-  const std::size_t endpoints = call.split > 1 ? endpoints_->in_order(request.mesh_id()).size() : 1;
+  const std::size_t endpoints = call.split > 1 ? endpoints_->in_order(mesh_id_of(request.job())).size() : 1;
   const auto streams = static_cast<unsigned>(std::min<std::size_t>({call.split, endpoints, request.layer_count()}));
   if (streams > 1) return slice_split(streams, request, on_layer, call, pinned);
   return slice_from(0, request, on_layer, call, pinned);

@@ -22,7 +22,7 @@ if(CCSLICE_BUILD_CLIENT)
   install(EXPORT ccslice FILE ccslice-targets.cmake NAMESPACE ccslice:: DESTINATION "${package_dir}")
 
   # client.h, and what it includes.
-  foreach(header IN ITEMS address cancellation client client_error credentials layer mesh_bytes surface)
+  foreach(header IN ITEMS address cancellation client client_error credentials job layer mesh_bytes surface)
     install(FILES "${PROJECT_SOURCE_DIR}/client/${header}.h" DESTINATION "${include_dir}/client")
   endforeach()
   install(

@@ -69,30 +69,29 @@ v1::SliceRangeRequest block_request(const std::string& id, const v1::Placement& 
                                     const PictureOptions& options) {
   const double longest = longest_side(box);
   v1::SliceRangeRequest request;
-  request.set_mesh_id(id);
-  *request.mutable_placement() = placement;
-  v1::VoxelPitch& pitch = *request.mutable_grid()->mutable_pitch();
+  v1::SliceJob& job = *request.mutable_job() = client::job_of(id, placement);
+  v1::VoxelPitch& pitch = *job.mutable_grid()->mutable_pitch();
   pitch.set_x_mm(longest / options.voxels);
   pitch.set_y_mm(longest / options.voxels);
   pitch.set_z_mm(longest / options.voxels);
   if (const std::optional<v1::Printing> printing = parse_printing(options.printing)) {
-    ask_for_material_block(request, *printing);
+    ask_for_material_block(job, *printing);
   } else if (options.cell_regions) {
-    ask_for_region_block(request);
+    ask_for_region_block(job);
   } else {
-    ask_for_block(request, options.channel);
+    ask_for_block(job, options.channel);
   }
   return request;
 }
 
 /// The surface, so near that no triangle can be told from it in the picture; somewhat coarser where that would be more
 /// triangles than the server gives.
-client::Surface picture_surface(Session& session, const v1::SliceRangeRequest& block, const v1::Box3& box, int width) {
+client::Surface picture_surface(Session& session, const v1::Part& part, const v1::Box3& box, int width) {
   constexpr double kShareOfPlace = 0.1, kFinestMm = 1e-5, kCoarsestMm = 1e3, kCoarser = 4, kMostPlaces = 2;
   const double place = longest_side(box) / width;
   v1::TessellateBoundaryRequest request;
-  request.set_mesh_id(block.mesh_id());
-  *request.mutable_placement() = block.placement();
+  request.set_mesh_id(part.mesh_id());
+  *request.mutable_placement() = part.placements(0);
   for (double tolerance = kShareOfPlace * place;; tolerance *= kCoarser) {
     request.set_chord_tolerance_mm(std::clamp(tolerance, kFinestMm, kCoarsestMm));
     try {
@@ -111,9 +110,7 @@ int legend_scale(int width) {
 
 void ask_for_all_layers(Session& session, v1::SliceRangeRequest& request) {
   v1::PlanSlicesRequest plan;
-  plan.set_mesh_id(request.mesh_id());
-  *plan.mutable_placement() = request.placement();
-  *plan.mutable_grid() = request.grid();
+  *plan.mutable_job() = request.job();
   request.set_layer_count(session.client().plan(plan, session.call()).layer_count());
 }
 
@@ -130,7 +127,7 @@ void run_picture(Session& session, const PictureOptions& options) {
   v1::SliceRangeRequest request = block_request(id, placement, box, options);
   ask_for_all_layers(session, request);
   const VoxelBlock block = slice_block(session, request, "slicing");
-  Picture picture = draw_cut_view(picture_surface(session, request, box, view.width), block, view);
+  Picture picture = draw_cut_view(picture_surface(session, request.job().parts(0), box, view.width), block, view);
   if (!options.no_legend) picture = with_legend(std::move(picture), block.legend, legend_scale(view.width));
   const std::string png = to_png(picture);
   write_file(options.output, png);

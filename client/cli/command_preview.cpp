@@ -59,18 +59,9 @@ std::string what_to_show(const PreviewOptions& options) {
   return options.layer ? "halftone" : "mix";
 }
 
-/// Of a message that has a grid, or a printer for its pitch.
-template <typename Message>
-void set_grid(const GridOptions& options, Message& message) {
-  *message.mutable_grid() = parse_grid(options);
-  if (!options.printer.empty()) message.mutable_printer()->set_name(options.printer);
-}
-
 void set_content(const PreviewOptions& options, v1::PreviewRequest& request) {
   const std::string show = what_to_show(options);
-  if (const std::optional<v1::Printing> printing = parse_printing(options.printing)) {
-    *request.mutable_printing() = *printing;
-  } else if (show == "mix" || show == "halftone") {
+  if (options.printing.materials.empty() && (show == "mix" || show == "halftone")) {
     throw UsageError("--show " + show +
                      " shows materials: name them, --material NAME=#RRGGBB, and how they mix, --map");
   }
@@ -80,7 +71,8 @@ void set_content(const PreviewOptions& options, v1::PreviewRequest& request) {
   if (show == "mix") content.mutable_mix();
   if (show == "halftone") {
     v1::HalftoneContent& halftone = *content.mutable_halftone();
-    if (!options.layer) set_grid(options.grid, halftone);
+    if (!options.layer) *halftone.mutable_grid() = parse_grid(options.grid);
+    if (!options.layer && !options.grid.printer.empty()) halftone.mutable_printer()->set_name(options.grid.printer);
   }
   if (show != "channel") return;
   if (options.channel.empty()) throw UsageError("--show channel: say which one, --channel NAME");
@@ -92,19 +84,22 @@ void set_content(const PreviewOptions& options, v1::PreviewRequest& request) {
   content.mutable_channel()->mutable_range()->set_max(range[1]);
 }
 
+/// Where it isn't a layer that is shown, all but the plane.
 v1::PreviewRequest request_of(const PreviewOptions& options, const std::string& mesh_id) {
   v1::PreviewRequest request;
+  set_content(options, request);
+  if (options.layer) {
+    v1::PreviewLayer& layer = *request.mutable_plane()->mutable_layer();
+    layer.set_layer(*options.layer);
+    *layer.mutable_job() = parse_job(options.grid, options.placement, options.printing);
+    layer.mutable_job()->mutable_parts(0)->set_mesh_id(mesh_id);
+    return request;
+  }
   request.set_mesh_id(mesh_id);
   *request.mutable_placement() = parse_placement(options.placement);
-  set_content(options, request);
+  const std::optional<v1::Printing> printing = parse_printing(options.printing);
+  if (printing) *request.mutable_printing() = *printing;
   return request;
-}
-
-void set_layer(const PreviewOptions& options, v1::PreviewRequest& request) {
-  v1::PreviewLayer& layer = *request.mutable_plane()->mutable_layer();
-  set_grid(options.grid, layer);
-  if (const std::optional<v1::Region> region = parse_region(options.grid)) *layer.mutable_region() = *region;
-  layer.set_layer(*options.layer);
 }
 
 void set_plane(const FramedCut& framed, v1::PreviewRequest& request) {
@@ -248,9 +243,7 @@ void run_preview(Session& session, const PreviewOptions& options) {
   if (options.sweep > 0) {
     png = sweep_of(session, options, request, part_box(session, id, request.placement()));
   } else {
-    if (options.layer) {
-      set_layer(options, request);
-    } else {
+    if (!options.layer) {
       const v1::Box3 box = part_box(session, id, request.placement());
       set_plane(frame_cut(parse_cut_plane(options.plane), box, options.pixels), request);
     }

@@ -15,6 +15,7 @@
 #include "client/cli/mesh_source.h"
 #include "client/cli/part_box.h"
 #include "client/cli/placement.h"
+#include "client/cli/voxel_block.h"
 
 namespace ccslice::cli {
 namespace {
@@ -52,18 +53,11 @@ v1::GridSpec picture_grid(const v1::Box3& box, const ShowOptions& options) {
 v1::SliceRangeRequest picture_request(const std::string& id, const v1::Placement& placement, const v1::Box3& box,
                                       const ShowOptions& options) {
   v1::SliceRangeRequest request;
-  request.set_mesh_id(id);
-  *request.mutable_placement() = placement;
-  *request.mutable_grid() = picture_grid(box, options);
   request.set_layer_count(1);
-  request.add_planes()->mutable_occupancy();
-  request.mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_BIT);
-  if (!options.channel.empty()) {
-    request.add_planes()->mutable_channel()->set_name(options.channel);
-    request.mutable_planes(1)->set_sample_type(v1::SAMPLE_TYPE_UINT8);
-  }
-  if (options.material_tolerance) request.set_material_tolerance(*options.material_tolerance);
-  for (v1::PlaneSpec& plane : *request.mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
+  v1::SliceJob& job = *request.mutable_job() = client::job_of(id, placement);
+  *job.mutable_grid() = picture_grid(box, options);
+  if (options.material_tolerance) job.mutable_tolerances()->set_channel(*options.material_tolerance);
+  ask_for_block(job, options.channel);
   return request;
 }
 

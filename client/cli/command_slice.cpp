@@ -32,7 +32,6 @@
 #include "client/cli/text_values.h"
 #include "client/client_error.h"
 #include "core/base/echo.h"
-#include "proto/job_fields.h"
 
 namespace ccslice::cli {
 namespace {
@@ -82,41 +81,45 @@ void add_job_options(CLI::App& app, JobOptions& options) {
       ->group("Pictures");
 }
 
-/// All but the mesh id.
-v1::PlanSlicesRequest plan_request(JobOptions options, bool contours) {
+/// Without the id of the mesh, which put_on_server() gives it.
+v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {
   if (options.software == "grabcad") fit_to_grabcad(options.layout, options.planes);
-  v1::PlanSlicesRequest request;
-  *request.mutable_placement() = parse_placement(options.placement);
-  *request.mutable_grid() = parse_grid(options.grid);
-  if (!options.grid.printer.empty()) request.mutable_printer()->set_name(options.grid.printer);
-  if (const std::optional<v1::Region> region = parse_region(options.grid)) *request.mutable_region() = *region;
-  *request.mutable_layout() = parse_layout(options.layout);
-  const std::optional<v1::Printing> printing = parse_printing(options.printing);
-  if (options.software == "grabcad") require_grabcad_materials(printing ? &*printing : nullptr);
-  if (printing) *request.mutable_printing() = *printing;
-  for (v1::PlaneSpec& plane : parse_planes(options.planes, contours, printing ? &*printing : nullptr)) {
-    *request.add_planes() = std::move(plane);
+  v1::SliceJob job = parse_job(options.grid, options.placement, options.printing);
+  *job.mutable_layout() = parse_layout(options.layout);
+  const v1::Printing* const printing = job.has_printing() ? &job.printing() : nullptr;
+  if (options.software == "grabcad") require_grabcad_materials(printing);
+  const bool with_contours = contours.format != ContourFormat::kNone;
+  for (v1::PlaneSpec& plane : parse_planes(options.planes, with_contours, printing)) {
+    *job.add_planes() = std::move(plane);
   }
-  if (options.planes.tolerance_mm) request.set_contour_tolerance_mm(*options.planes.tolerance_mm);
-  if (options.planes.material_tolerance) request.set_material_tolerance(*options.planes.material_tolerance);
-  request.set_prove_materials(options.planes.prove_materials);
-  if (options.smallest_feature_mm) request.set_smallest_feature_mm(*options.smallest_feature_mm);
-  return request;
+  if (with_contours) job.mutable_contours()->set_by_cell_region(contours.by_region);
+  v1::Tolerances& tolerances = *job.mutable_tolerances();
+  if (options.planes.tolerance_mm) tolerances.set_contour_mm(*options.planes.tolerance_mm);
+  if (options.planes.material_tolerance) tolerances.set_channel(*options.planes.material_tolerance);
+  tolerances.set_prove_channels(options.planes.prove_materials);
+  return job;
 }
 
-/// The options' mesh, on the server. How near a fit has to come to its vertices follows from the voxels.
-std::string mesh_on_server(Session& session, const JobOptions& options, const v1::GridSpec& grid) {
+/// Puts the options' mesh on the server. How near a fit has to come to its vertices follows from the voxels.
+void put_on_server(Session& session, const JobOptions& options, v1::SliceJob& job) {
   MeshOptions mesh = options.mesh;
-  if (grid.has_pitch()) {
-    mesh.meaning.voxel_mm = std::min({grid.pitch().x_mm(), grid.pitch().y_mm(), grid.pitch().z_mm()});
+  if (const v1::VoxelPitch& pitch = job.grid().pitch(); job.grid().has_pitch()) {
+    mesh.meaning.voxel_mm = std::min({pitch.x_mm(), pitch.y_mm(), pitch.z_mm()});
   }
-  return ensure_on_server(session, mesh, options.placement);
+  job.mutable_parts(0)->set_mesh_id(ensure_on_server(session, mesh, options.placement));
+}
+
+v1::PlanSlicesResponse plan_of(Session& session, const JobOptions& options, const v1::SliceJob& job) {
+  v1::PlanSlicesRequest request;
+  *request.mutable_job() = job;
+  if (options.smallest_feature_mm) request.set_smallest_feature_mm(*options.smallest_feature_mm);
+  return session.client().plan(request, session.call());
 }
 
 void run_plan(Session& session, const JobOptions& options) {
-  v1::PlanSlicesRequest request = plan_request(options, false);
-  request.set_mesh_id(mesh_on_server(session, options, request.grid()));
-  const v1::PlanSlicesResponse plan = session.client().plan(request, session.call());
+  v1::SliceJob job = job_of(options, {});
+  put_on_server(session, options, job);
+  const v1::PlanSlicesResponse plan = plan_of(session, options, job);
   const std::optional<FileNumbers>& numbers = session.file_numbers();
   if (!session.options().json) return print_line(numbers ? describe(plan, *numbers) : describe(plan));
   JsonWriter json;
@@ -135,7 +138,7 @@ ContourFiles contour_files_of(const SliceOptions& options) {
 }
 
 /// What the plan of a job for GrabCAD doesn't say.
-void warn_of_grabcad(const JobOptions& options, const v1::PlanSlicesRequest& job, const v1::PlanSlicesResponse& plan) {
+void warn_of_grabcad(const JobOptions& options, const v1::SliceJob& job, const v1::PlanSlicesResponse& plan) {
   if (const std::string unknown = unknown_resins(job.printing()); !unknown.empty()) print_note("warning: " + unknown);
   if (!options.grid.printer.empty()) return;
   print_note("note: without --profile nothing compares this job with a printer's pitch, tray and materials");
@@ -156,12 +159,9 @@ LayerRange layer_range(const SliceOptions& options, const v1::PlanSlicesResponse
   return range;
 }
 
-v1::SliceRangeRequest slice_request(const v1::PlanSlicesRequest& plan, const LayerRange& range,
-                                    const ContourFiles& contours) {
+v1::SliceRangeRequest slice_request(const v1::SliceJob& job, const LayerRange& range) {
   v1::SliceRangeRequest request;
-  copy_job_fields(plan, request);
-  request.set_contours(contours.format != ContourFormat::kNone);
-  request.set_contours_by_region(contours.by_region);
+  *request.mutable_job() = job;
   request.set_first_layer(range.first);
   request.set_layer_count(range.last - range.first + 1);
   return request;
@@ -225,7 +225,7 @@ void require_stream(const Session& session, const SliceOptions& options) {
 
 /// One file if there is no other: that of one layer which is asked for. A share needs its manifest.
 StreamForm stream_form_of(const SliceOptions& options, const v1::SliceRangeRequest& request) {
-  const int files = request.planes_size() + (request.contours() ? 1 : 0);
+  const int files = request.job().planes_size() + (request.job().has_contours() ? 1 : 0);
   const bool one = !options.layers.empty() && !options.share && request.layer_count() == 1 && files == 1;
   return one ? StreamForm::kOneFile : StreamForm::kArchive;
 }
@@ -250,15 +250,15 @@ void slice_job(Session& session, const SliceOptions& options, const PlannedJob& 
   if (wants_contact_sheet(options, job, sink)) {
     result.contact_sheet = write_contact_sheet(session, job.whole, result.outcome.header, sink);
   }
-  sink.finish(result.outcome, job.request.placement(), job.plan);
+  sink.finish(result.outcome, job.request.job().parts(0).placements(0), job.plan);
   result.written_bytes = sink.written_bytes();
   report_sliced(session, options.output, job, result);
   if (!session.quiet() && job.layers() == job.plan.layer_count()) warn_of_materials(result.outcome);
 }
 
 /// The plan of the job in the file's numbers, whose warnings are told.
-v1::PlanSlicesResponse told_plan(Session& session, const SliceOptions& options, const v1::PlanSlicesRequest& job) {
-  v1::PlanSlicesResponse plan = session.client().plan(job, session.call());
+v1::PlanSlicesResponse told_plan(Session& session, const SliceOptions& options, const v1::SliceJob& job) {
+  v1::PlanSlicesResponse plan = plan_of(session, options.job, job);
   if (const std::optional<FileNumbers>& numbers = session.file_numbers()) plan = renumbered(plan, *numbers);
   if (session.quiet()) return plan;
   for (const v1::PlanWarning& warning : plan.warnings()) {
@@ -268,36 +268,36 @@ v1::PlanSlicesResponse told_plan(Session& session, const SliceOptions& options, 
   return plan;
 }
 
-PlannedJob plan_job(Session& session, const SliceOptions& options, const v1::PlanSlicesRequest& request,
-                    const ContourFiles& contours) {
+PlannedJob plan_job(Session& session, const SliceOptions& options, const v1::SliceJob& message) {
   PlannedJob job;
-  job.plan = told_plan(session, options, request);
+  job.plan = told_plan(session, options, message);
   const LayerRange layers = layer_range(options, job.plan);
-  job.whole = job.request = slice_request(request, layers, contours);
+  job.whole = job.request = slice_request(message, layers);
   job.key = job_key_of(job.whole, job.plan, options.contours + options.job.software);
   if (!options.share) return job;
   const Share share = parse_share("--share", *options.share);
   const LayerRange own = layers_of_share(share, layers);
-  job.request = slice_request(request, own, contours);
+  job.request = slice_request(message, own);
   job.key = job_key_of(ShareRecord{share, own, job.key.id, layers});
   return job;
 }
 
 void run_slice(Session& session, const SliceOptions& options) {
   ContourFiles contours = contour_files_of(options);
-  const bool with_contours = contours.format != ContourFormat::kNone;
   const bool for_grabcad = options.job.software == "grabcad";
-  if (for_grabcad && with_contours) throw UsageError("--for grabcad writes pictures only; leave out --contours");
-  v1::PlanSlicesRequest request = plan_request(options.job, with_contours);
+  if (for_grabcad && contours.format != ContourFormat::kNone) {
+    throw UsageError("--for grabcad writes pictures only; leave out --contours");
+  }
+  v1::SliceJob message = job_of(options.job, contours);
   if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
   if (options.share) parse_share("--share", *options.share);
   options.to_stdout() ? require_stream(session, options) : refuse_used_folder(options.output, existing_of(options));
-  request.set_mesh_id(mesh_on_server(session, options.job, request.grid()));
-  const PlannedJob job = plan_job(session, options, request, contours);
+  put_on_server(session, options.job, message);
+  const PlannedJob job = plan_job(session, options, message);
   const v1::Grid& grid = job.plan.grid();
   contours.box_mm = {grid.origin_mm().x(), grid.origin_mm().y(), grid.extent().columns() * grid.pitch().x_mm(),
                      grid.extent().rows() * grid.pitch().y_mm()};
-  const LayerFiles files({request.planes().begin(), request.planes().end()}, contours, grid.extent().layers(),
+  const LayerFiles files({message.planes().begin(), message.planes().end()}, contours, grid.extent().layers(),
                          for_grabcad ? grabcad_names(client::region_of(job.plan).first_layer()) : LayerNames());
   if (options.to_stdout()) {
     LayerStream stream(stdout, stream_form_of(options, job.request), files, job.key);

@@ -84,7 +84,7 @@ std::string channel_of(const v1::SliceHeader& header, v1::ValueRange& range) {
 v1::GridSpec sheet_grid(const v1::SliceHeader& header, const SpreadLayers& layers, const SheetLayout& layout) {
   v1::GridSpec sheet;
   const v1::Grid& grid = header.grid();
-  const v1::VoxelRegion region = client::region_of(header);
+  const v1::VoxelBox region = client::region_of(header);
   const v1::VoxelPitch& fine = grid.pitch();
   v1::GridExtent& extent = *sheet.mutable_extent();
   extent.set_columns(std::min(region.extent().columns(), static_cast<std::uint32_t>(layout.tile_width)));
@@ -101,29 +101,30 @@ v1::GridSpec sheet_grid(const v1::SliceHeader& header, const SpreadLayers& layer
   return sheet;
 }
 
-v1::SliceRangeRequest sheet_request(const v1::SliceRangeRequest& job, const v1::SliceHeader& header,
-                                    const SpreadLayers& layers, const SheetLayout& layout) {
-  v1::SliceRangeRequest request;
-  request.set_mesh_id(job.mesh_id());
-  *request.mutable_placement() = job.placement();
-  *request.mutable_grid() = sheet_grid(header, layers, layout);
-  *request.mutable_layout() = job.layout();
-  request.set_layer_count(layers.count);
+void ask_for_sheet(const v1::SliceHeader& header, v1::SliceJob& sheet) {
   if (shows_materials(header)) {
-    ask_for_material_block(request, header.printing());
+    ask_for_material_block(sheet, header.printing());
     // A blue-noise mask for the sheet's own pitch would take the server a second.
-    v1::Halftone& halftone = *request.mutable_printing()->mutable_halftone();
+    v1::Halftone& halftone = *sheet.mutable_printing()->mutable_halftone();
     if (halftone.method() == v1::HALFTONE_METHOD_BLUE_NOISE) halftone.set_method(v1::HALFTONE_METHOD_ERROR_DIFFUSION);
-    return request;
+    return;
   }
   v1::ValueRange range;
   const std::string channel = channel_of(header, range);
-  if (channel.empty() && shows_cell_regions(header)) {
-    ask_for_region_block(request);
-    return request;
-  }
-  ask_for_block(request, channel);
-  if (range.min() < range.max()) *request.mutable_planes(1)->mutable_value_range() = range;
+  if (channel.empty() && shows_cell_regions(header)) return ask_for_region_block(sheet);
+  ask_for_block(sheet, channel);
+  if (range.min() < range.max()) *sheet.mutable_planes(1)->mutable_value_range() = range;
+}
+
+v1::SliceRangeRequest sheet_request(const v1::SliceJob& job, const v1::SliceHeader& header, const SpreadLayers& layers,
+                                    const SheetLayout& layout) {
+  v1::SliceRangeRequest request;
+  request.set_layer_count(layers.count);
+  v1::SliceJob& sheet = *request.mutable_job();
+  *sheet.mutable_parts() = job.parts();
+  *sheet.mutable_grid() = sheet_grid(header, layers, layout);
+  *sheet.mutable_layout() = job.layout();
+  ask_for_sheet(header, sheet);
   return request;
 }
 
@@ -179,7 +180,7 @@ Picture contact_sheet(Session& session, const v1::SliceRangeRequest& job, const 
     captions.push_back({std::to_string(layer), show_number(z_mm) + " mm"});
   }
   const VoxelBlock block =
-      slice_block(session, sheet_request(job, header, layers, layout), "drawing the contact sheet");
+      slice_block(session, sheet_request(job.job(), header, layers, layout), "drawing the contact sheet");
   return draw_contact_sheet(block, captions, layout);
 }
 

@@ -182,7 +182,7 @@ std::string describe(const v1::GetServerInfoResponse& info) {
 
 std::string describe(const v1::PlanSlicesResponse& plan) {
   const v1::Grid& grid = plan.grid();
-  const v1::VoxelRegion region = client::region_of(plan);
+  const v1::VoxelBox region = client::region_of(plan);
   std::string text = show_count(region.extent().columns()) + " x " + show_count(region.extent().rows()) + " voxels, " +
                      show_count(plan.layer_count(), "layer");
   text += "\n  pitch      " + show_size(grid.pitch().x_mm(), grid.pitch().y_mm(), grid.pitch().z_mm()) + " mm";

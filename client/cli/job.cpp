@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "client/cli/text_values.h"
+#include "client/job.h"
 #include "client/plane_encodings.h"
 #include "core/base/choice_text.h"
 
@@ -269,11 +270,6 @@ void add_material_tolerance_option(CLI::App& command, std::optional<double>& tol
 
 v1::GridSpec parse_grid(const GridOptions& options) {
   v1::GridSpec grid;
-  if (options.printer == "custom") {
-    throw UsageError(
-        "--profile takes a printer that `ccslice profiles` lists; for another one leave it out and give "
-        "--pitch, or --dpi and --layer-height");
-  }
   const bool from_printer =
       !options.printer.empty() && options.pitch.empty() && options.dpi.empty() && options.layer_height_mm == 0;
   if (!from_printer) parse_pitch(options, *grid.mutable_pitch());
@@ -314,6 +310,15 @@ std::optional<v1::Region> parse_region(const GridOptions& options) {
   region.mutable_voxels()->mutable_extent()->set_rows(voxels[4]);
   region.mutable_voxels()->mutable_extent()->set_layers(voxels[5]);
   return region;
+}
+
+v1::SliceJob parse_job(const GridOptions& grid, const PlacementOptions& placement, const PrintingOptions& printing) {
+  v1::SliceJob job = client::job_of("", parse_placement(placement));
+  *job.mutable_grid() = parse_grid(grid);
+  if (!grid.printer.empty()) job.mutable_printer()->set_name(grid.printer);
+  if (const std::optional<v1::Region> region = parse_region(grid)) *job.mutable_region() = *region;
+  if (const std::optional<v1::Printing> printed = parse_printing(printing)) *job.mutable_printing() = *printed;
+  return job;
 }
 
 v1::PictureLayout parse_layout(const LayoutOptions& options) {

@@ -10,8 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "ccslice/v1/slice.pb.h"
+#include "ccslice/v1/job.pb.h"
 #include "client/cli/placement.h"
+#include "client/cli/printing.h"
 
 namespace ccslice::cli {
 
@@ -54,6 +55,8 @@ void add_material_tolerance_option(CLI::App& command, std::optional<double>& tol
 v1::GridSpec parse_grid(const GridOptions& options);
 /// The region that the options give, or nothing.
 [[nodiscard]] std::optional<v1::Region> parse_region(const GridOptions& options);
+/// The job but for the id of its mesh, and for what is to be known of its layers.
+v1::SliceJob parse_job(const GridOptions& grid, const PlacementOptions& placement, const PrintingOptions& printing);
 v1::PictureLayout parse_layout(const LayoutOptions& options);
 /// Occupancy first, then the channels in order, then all of them in one, then the materials of `printing` (null if
 /// there are none), and a mask for each; occupancy if nothing is named and `contours_only` isn't set.

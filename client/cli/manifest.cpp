@@ -251,7 +251,7 @@ void add_json(const v1::PrinterProfile& printer, JsonWriter& json) {
   json.member("max_materials", printer.max_materials()).member("min_layers", printer.min_layers()).end_object();
 }
 
-void add_json(const v1::VoxelRegion& region, JsonWriter& json) {
+void add_json(const v1::VoxelBox& region, JsonWriter& json) {
   json.begin_object().member("first_column", region.first_column()).member("first_row", region.first_row());
   json.member("first_layer", region.first_layer()).member("columns", region.extent().columns());
   json.member("rows", region.extent().rows()).member("layers", region.extent().layers()).end_object();

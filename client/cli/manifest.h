@@ -36,7 +36,7 @@ void add_material(const std::string& name, const std::string& rgba, std::uint64_
 
 /// Write a value as a JSON object.
 void add_json(const v1::Grid& grid, JsonWriter& json);
-void add_json(const v1::VoxelRegion& region, JsonWriter& json);
+void add_json(const v1::VoxelBox& region, JsonWriter& json);
 void add_json(const v1::PrinterProfile& printer, JsonWriter& json);
 void add_json(const v1::PictureLayout& layout, JsonWriter& json);
 void add_json(const v1::Box3& box, JsonWriter& json);

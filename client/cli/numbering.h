@@ -9,7 +9,7 @@
 #include <string>
 
 #include "ccslice/v1/mesh.pb.h"
-#include "ccslice/v1/slice.pb.h"
+#include "ccslice/v1/plan.pb.h"
 #include "client/client_error.h"
 #include "core/mesh/mesh_file.h"
 

@@ -15,7 +15,7 @@ struct FieldOption {
 };
 
 /// The first row that fits counts.
-constexpr std::array<FieldOption, 41> kOptions = {{
+constexpr std::array<FieldOption, 44> kOptions = {{
     {"printer", "--profile"},
     {"grid.pitch", "--pitch"},
     {"grid.extent", "--extent"},
@@ -23,6 +23,7 @@ constexpr std::array<FieldOption, 41> kOptions = {{
     {"grid", "--pitch"},
     {"region.voxels", "--region-voxels"},
     {"region", "--region"},
+    {"parts[].placements", "--rotate, --scale, --translate"},
     {"placement", "--rotate, --scale, --translate"},
     {"layout", "--row-order, --flip"},
     {"planes[].channel", "--channel"},
@@ -42,8 +43,10 @@ constexpr std::array<FieldOption, 41> kOptions = {{
     {"printing.halftone", "--halftone"},
     {"printing.background_rgba", "--background"},
     {"printing", "--material"},
+    {"contours.by_cell_region", "--contours-by-region"},
+    {"tolerances.contour_mm", "--tolerance"},
+    {"tolerances.channel", "--material-tolerance"},
     {"contour_tolerance_mm", "--tolerance"},
-    {"material_tolerance", "--material-tolerance"},
     {"smallest_feature_mm", "--smallest-feature"},
     {"chord_tolerance_mm", "--chord-tolerance"},
     {"first_layer", "--layers"},
@@ -103,7 +106,11 @@ std::string with_options_for_fields(std::string_view text) {
 }  // namespace
 
 std::string_view option_of_field(std::string_view field) {
-  const std::string plain = without_indices(field);
+  constexpr std::string_view kJob = "job.";  // Of a request, or of a layer to be shown.
+  std::string plain = without_indices(field);
+  if (const std::size_t job = plain.find(kJob); job != std::string::npos && (job == 0 || plain[job - 1] == '.')) {
+    plain.erase(0, job + kJob.size());
+  }
   const auto found =
       std::ranges::find_if(kOptions, [&](const FieldOption& row) { return is_within(plain, row.field); });
   return found == kOptions.end() ? std::string_view() : found->option;

@@ -10,7 +10,8 @@
 
 namespace ccslice::cli {
 
-/// "--pitch" for "grid.pitch.x_mm". Empty for fields that no option sets.
+/// "--pitch" for "job.grid.pitch.x_mm", and for "grid.pitch.x_mm", as messages have it. Empty for fields that no option
+/// sets.
 std::string_view option_of_field(std::string_view field);
 
 /// A server's message that begins with a field, with options in place of fields: "--pitch: -0.2 is not ...".

@@ -7,13 +7,13 @@ namespace ccslice::cli {
 
 v1::Box3 part_box(Session& session, const std::string& mesh_id, const v1::Placement& placement) {
   v1::PlanSlicesRequest request;
-  request.set_mesh_id(mesh_id);
-  *request.mutable_placement() = placement;
+  *request.mutable_job() = client::job_of(mesh_id, placement);
   // Any grid does: only the box is wanted. One voxel of the largest pitch is always within the limits.
-  const double pitch = session.server_info().slice_limits().max_pitch_mm();
-  request.mutable_grid()->mutable_pitch()->set_x_mm(pitch);
-  request.mutable_grid()->mutable_pitch()->set_y_mm(pitch);
-  request.mutable_grid()->mutable_pitch()->set_z_mm(pitch);
+  const double mm = session.server_info().slice_limits().max_pitch_mm();
+  v1::VoxelPitch& pitch = *request.mutable_job()->mutable_grid()->mutable_pitch();
+  pitch.set_x_mm(mm);
+  pitch.set_y_mm(mm);
+  pitch.set_z_mm(mm);
   return session.client().plan(request, session.call()).grid().part_box();
 }
 

@@ -52,8 +52,9 @@ void ViewPreviews::read(const std::shared_ptr<Stream>& stream) {
 
 std::shared_ptr<const client::PreviewPicture> ViewPreviews::show(v1::PreviewRequest request) {
   std::unique_lock lock(mutex_);
-  if (!stream_ || stream_->over || stream_->mesh_id != request.mesh_id()) {
-    const std::shared_ptr<Stream> before = open(request.mesh_id());
+  const std::string mesh_id = client::mesh_id_of(request);
+  if (!stream_ || stream_->over || stream_->mesh_id != mesh_id) {
+    const std::shared_ptr<Stream> before = open(mesh_id);
     lock.unlock();
     if (before) close(before);
     lock.lock();

@@ -132,6 +132,15 @@ struct ViewServer::State {
   template <typename Handle>
   httplib::Server::Handler guarded(Handle handle);
   std::shared_ptr<const client::PreviewPicture> shown(const v1::PreviewRequest& asked, const std::string& page);
+  /// A request, or a job, that names no mesh is of the one that is viewed.
+  template <typename Message>
+  void take_viewed(Message& asked) const {
+    if (asked.mesh_id().empty()) asked.set_mesh_id(mesh.id);
+  }
+  void take_viewed(v1::SliceJob& job) const {
+    if (job.parts().empty()) job.add_parts();
+    take_viewed(*job.mutable_parts(0));
+  }
   void show(const httplib::Request& request, httplib::Response& response);
   void probe(const httplib::Request& request, httplib::Response& response);
   void plan(const httplib::Request& request, httplib::Response& response);
@@ -169,7 +178,7 @@ void ViewServer::State::add_files() {
 void ViewServer::State::show(const httplib::Request& request, httplib::Response& response) {
   v1::PreviewRequest asked;
   if (!parse(request, asked, response)) return;
-  if (asked.mesh_id().empty()) asked.set_mesh_id(mesh.id);
+  asked.plane().has_layer() ? take_viewed(*asked.mutable_plane()->mutable_layer()->mutable_job()) : take_viewed(asked);
   asked.set_encoding(v1::PREVIEW_ENCODING_PNG);
   asked.set_coarse(request.get_param_value("stage") == "coarse");
   const auto picture = shown(asked, request.get_param_value("page"));
@@ -187,7 +196,7 @@ std::shared_ptr<const client::PreviewPicture> ViewServer::State::shown(const v1:
   } catch (const client::ClientError& error) {
     if (error.missing_mesh_id().empty()) throw;
   }
-  (void)session.client().mesh_summary(asked.mesh_id(), session.call());
+  (void)session.client().mesh_summary(client::mesh_id_of(asked), session.call());
   return previews->show(asked);
 }
 
@@ -209,14 +218,14 @@ void ViewServer::State::probe(const httplib::Request& request, httplib::Response
 void ViewServer::State::plan(const httplib::Request& request, httplib::Response& response) {
   v1::PlanSlicesRequest asked;
   if (!parse(request, asked, response)) return;
-  if (asked.mesh_id().empty()) asked.set_mesh_id(mesh.id);
+  take_viewed(*asked.mutable_job());
   response.set_content(json_of(session.client().plan(asked, session.call())), "application/json");
 }
 
 void ViewServer::State::tessellate(const httplib::Request& request, httplib::Response& response) {
   v1::TessellateBoundaryRequest asked;
   if (!parse(request, asked, response)) return;
-  if (asked.mesh_id().empty()) asked.set_mesh_id(mesh.id);
+  take_viewed(asked);
   client::Surface surface = session.client().tessellate(asked, session.call());
   std::optional<std::size_t> channel;
   if (request.has_param("channel")) {

@@ -30,8 +30,8 @@ void append_layer(const v1::GridExtent& extent, const client::Layer& layer, Voxe
   }
 }
 
-v1::PlaneSpec& add_plane(v1::SliceRangeRequest& request, v1::SampleType type) {
-  v1::PlaneSpec& plane = *request.add_planes();
+v1::PlaneSpec& add_plane(v1::SliceJob& job, v1::SampleType type) {
+  v1::PlaneSpec& plane = *job.add_planes();
   plane.set_sample_type(type);
   plane.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
   return plane;
@@ -72,20 +72,20 @@ void describe_block(const v1::SliceHeader& header, VoxelBlock& block) {
 
 }  // namespace
 
-void ask_for_block(v1::SliceRangeRequest& request, const std::string& channel) {
-  add_plane(request, v1::SAMPLE_TYPE_BIT).mutable_occupancy();
-  if (!channel.empty()) add_plane(request, v1::SAMPLE_TYPE_UINT8).mutable_channel()->set_name(channel);
+void ask_for_block(v1::SliceJob& job, const std::string& channel) {
+  add_plane(job, v1::SAMPLE_TYPE_BIT).mutable_occupancy();
+  if (!channel.empty()) add_plane(job, v1::SAMPLE_TYPE_UINT8).mutable_channel()->set_name(channel);
 }
 
-void ask_for_material_block(v1::SliceRangeRequest& request, const v1::Printing& printing) {
-  *request.mutable_printing() = printing;
-  add_plane(request, v1::SAMPLE_TYPE_BIT).mutable_occupancy();
-  add_plane(request, v1::SAMPLE_TYPE_UINT8).mutable_materials();
+void ask_for_material_block(v1::SliceJob& job, const v1::Printing& printing) {
+  *job.mutable_printing() = printing;
+  add_plane(job, v1::SAMPLE_TYPE_BIT).mutable_occupancy();
+  add_plane(job, v1::SAMPLE_TYPE_UINT8).mutable_materials();
 }
 
-void ask_for_region_block(v1::SliceRangeRequest& request) {
-  add_plane(request, v1::SAMPLE_TYPE_BIT).mutable_occupancy();
-  add_plane(request, v1::SAMPLE_TYPE_UINT8).mutable_cell_regions();
+void ask_for_region_block(v1::SliceJob& job) {
+  add_plane(job, v1::SAMPLE_TYPE_BIT).mutable_occupancy();
+  add_plane(job, v1::SAMPLE_TYPE_UINT8).mutable_cell_regions();
 }
 
 VoxelBlock slice_block(Session& session, const v1::SliceRangeRequest& request, const std::string& what) {

@@ -42,13 +42,13 @@ struct VoxelBlock {
 };
 
 /// Asks for the planes that a block is made of: the occupancy and, unless `channel` is empty, that channel.
-void ask_for_block(v1::SliceRangeRequest& request, const std::string& channel);
+void ask_for_block(v1::SliceJob& job, const std::string& channel);
 
 /// Asks for the planes that a block of printed materials is made of: the occupancy and the materials.
-void ask_for_material_block(v1::SliceRangeRequest& request, const v1::Printing& printing);
+void ask_for_material_block(v1::SliceJob& job, const v1::Printing& printing);
 
 /// Asks for the planes that a block of cell regions is made of: the occupancy and the regions.
-void ask_for_region_block(v1::SliceRangeRequest& request);
+void ask_for_region_block(v1::SliceJob& job);
 
 /// Has the block sliced. `what` names this in the progress bar. REQUIRES: one of the functions above has asked for
 /// the planes. Throws ClientError.

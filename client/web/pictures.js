@@ -5,7 +5,7 @@
 // drag never queues. While something moves, coarse pictures come; when it rests, the full one. Then the part in space.
 import { is_away, post } from "./api.js";
 import { add, clamp } from "./plane.js";
-import { box, frame, is_layer, pitch_message, request, shows_materials, state, view } from "./state.js";
+import { box, frame, is_layer, job_message, request, shows_materials, state, view } from "./state.js";
 import { show, show_legend } from "./values.js";
 
 const $ = (id) => document.getElementById(id);
@@ -24,7 +24,7 @@ async function find_grid() {
   const wanted = state.axis === "layer" ? `${state.mesh} ${state.pitch}` : "";
   if (wanted === view.grid_of) return false;
   view.grid = wanted === "" ? null :
-    (await (await post("api/plan", { mesh_id: state.mesh, grid: { pitch: pitch_message() } })).json()).grid;
+    (await (await post("api/plan", { job: job_message() })).json()).grid;
   view.grid_of = wanted;
   return true;
 }

@@ -20,6 +20,8 @@ export const box = () => ({ low: vector(mesh().bounding_box.min_mm), high: vecto
 export const is_layer = () => state.axis === "layer" && view.grid !== null;
 export const shows_materials = () => state.show === "mix" || state.show === "halftone";
 export const pitch_message = () => ({ x_mm: state.pitch[0], y_mm: state.pitch[1], z_mm: state.pitch[2] });
+/** The job whose layers the page shows, but for what is printed. */
+export const job_message = () => ({ parts: [{ mesh_id: state.mesh }], grid: { pitch: pitch_message() } });
 export const layer_number = () => clamp(Math.floor(state.height * view.grid.extent.layers), 0, view.grid.extent.layers - 1);
 
 /** The plane's axes and place, and the size of the picture: of `width` x `rows` pixels on the screen. */
@@ -67,15 +69,16 @@ function content() {
 
 /** The request of the picture, and where in the stage that goes. Voxels of a layer are shown where they take a pixel. */
 export function request(f) {
-  const asked = { mesh_id: state.mesh, content: content() };
-  if (shows_materials()) asked.printing = printing_message(state.printing);
+  const asked = { content: content() };
+  const printed = shows_materials() ? { printing: printing_message(state.printing) } : {};
   if (is_layer() && Math.min(...state.pitch.slice(0, 2)) >= f.pixel) {
     const { origin_mm, pitch, extent } = view.grid;
     const { first, count } = visible_voxels(view.grid, f.at, f.width, f.rows, 1 / f.pixel);
-    asked.plane = { layer: { grid: { pitch: pitch_message() }, layer: layer_number() } };
+    const job = { ...job_message(), ...printed };
+    asked.plane = { layer: { job, layer: layer_number() } };
     // Layers of the whole grid share more of the server's work than those of a region.
     if (count[0] < extent.columns || count[1] < extent.rows) {
-      asked.plane.layer.region = { voxels: { first_column: first[0], first_row: first[1], first_layer: 0,
+      job.region = { voxels: { first_column: first[0], first_row: first[1], first_layer: 0,
         extent: { columns: count[0], rows: count[1], layers: extent.layers } } };
     }
     const left = origin_mm.x + first[0] * pitch.x_mm - f.at[0], top = f.at[1] - origin_mm.y -
@@ -85,5 +88,6 @@ export function request(f) {
   if (state.show === "halftone" && is_layer()) asked.content.halftone = { grid: { pitch: pitch_message() } };
   asked.plane = { free: { middle_mm: message(f.at), across: message(f.across), up: message(f.up),
     across_mm_per_pixel: f.pixel } };
-  return { asked: { ...asked, width: f.width, height: f.rows }, layer: false, place: { left: 0, top: 0 } };
+  Object.assign(asked, printed, { mesh_id: state.mesh, width: f.width, height: f.rows });
+  return { asked, layer: false, place: { left: 0, top: 0 } };
 }

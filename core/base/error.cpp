@@ -72,7 +72,7 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kMaterialMapInvalid: return "MATERIAL_MAP_INVALID";
     case ErrorCode::kMaterialMapNonFinite: return "MATERIAL_MAP_NON_FINITE";
     case ErrorCode::kFractionsOutOfRange: return "FRACTIONS_OUT_OF_RANGE";
-    case ErrorCode::kRegionAmbiguous: return "REGION_AMBIGUOUS";
+    case ErrorCode::kPartsMissing: return "PARTS_MISSING";
     case ErrorCode::kRegionNonFinite: return "REGION_NON_FINITE";
     case ErrorCode::kRegionEmpty: return "REGION_EMPTY";
     case ErrorCode::kRegionOutOfGrid: return "REGION_OUT_OF_GRID";
@@ -81,6 +81,7 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kOutsideSampleInvalid: return "OUTSIDE_SAMPLE_INVALID";
     case ErrorCode::kPlaneInvalid: return "PLANE_INVALID";
     case ErrorCode::kPictureTooLarge: return "PICTURE_TOO_LARGE";
+    case ErrorCode::kTooManyParts: return "TOO_MANY_PARTS";
     case ErrorCode::kCancelled: return "CANCELLED";
     case ErrorCode::kInternal: return "INTERNAL";
     case ErrorCode::kFileUnreadable: return "FILE_UNREADABLE";

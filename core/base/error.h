@@ -84,7 +84,7 @@ enum class ErrorCode : int {
   kMaterialMapInvalid = 236,      // A map without kind, or with entries that can't be.
   kMaterialMapNonFinite = 237,    // NaN or infinity in a map.
   kFractionsOutOfRange = 238,     // Strict maps: values that give no fractions.
-  kRegionAmbiguous = 239,         // A region in voxels and in mm, or in neither.
+  kPartsMissing = 239,            // A job without parts.
   kRegionNonFinite = 240,         // NaN or infinite corner of a region.
   kRegionEmpty = 241,             // A region without voxels.
   kRegionOutOfGrid = 242,         // A region outside of the grid.
@@ -93,6 +93,7 @@ enum class ErrorCode : int {
   kOutsideSampleInvalid = 245,    // What is to be outside is no sample of the plane.
   kPlaneInvalid = 246,            // Axes that aren't orthonormal, or a plane that isn't finite.
   kPictureTooLarge = 247,         // A picture of no pixels, or of too many.
+  kTooManyParts = 248,            // More parts of a job, or placements of a part, than can be sliced together.
   // 3xx: execution.
   kCancelled = 300,  // The caller cancelled, or its deadline passed.
   kInternal = 301,   // A broken invariant of ours: please report.
@@ -108,7 +109,8 @@ std::string_view reason(ErrorCode code);
 
 class Error : public std::runtime_error {
  public:
-  /// `field`: the request or mesh field at fault as the contract spells it, such as "cell_vertices[17]" ("" if none).
+  /// `field`: the field at fault, such as "cell_vertices[17]" of a mesh or "planes[2].value_range" of a job ("" if
+  /// none).
   /// `ids`: offending ids, at most a handful, in ascending order.
   Error(ErrorCode code, const std::string& message, std::string field = {}, std::vector<std::int64_t> ids = {})
       : std::runtime_error(message), code_(code), field_(std::move(field)), ids_(std::move(ids)) {}

@@ -79,17 +79,6 @@ AxisRange voxels_between(const RegionAxis& axis, double low_mm, double high_mm) 
               field);
 }
 
-VoxelRegion region_of_box(const Grid& grid, const Box3& box) {
-  const std::array<RegionAxis, 3> axes = axes_of(grid);
-  std::array<AxisRange, 3> ranges;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const auto i = static_cast<Eigen::Index>(a);
-    ranges[a] = voxels_between(axes[a], box.min()[i], box.max()[i]);
-  }
-  const auto count = [&](std::size_t a) { return ranges[a].second - ranges[a].first; };
-  return {ranges[0].first, ranges[1].first, ranges[2].first, {count(0), count(1), count(2)}};
-}
-
 const Vec2& xy_of(const ContourPoint& point) { return point.xy; }
 const Vec2& xy_of(const Vec2& point) { return point; }
 
@@ -111,16 +100,15 @@ void drop_outside(const LayerWindow& window, const LayerLattice& lattice, std::v
 
 VoxelRegion whole_region(const Grid& grid) { return {0, 0, 0, grid.extent}; }
 
-VoxelRegion plan_region(const Grid& grid, const RegionRequest& request) {
-  if (request.voxels.has_value() == request.box_mm.has_value()) {
-    throw Error(ErrorCode::kRegionAmbiguous,
-                std::string("region: ") + (request.voxels ? "both" : "neither") +
-                    " of voxels and box_mm; give one of them, or leave the region out for the whole grid",
-                "region");
+VoxelRegion region_of_box(const Grid& grid, const Box3& box_mm) {
+  const std::array<RegionAxis, 3> axes = axes_of(grid);
+  std::array<AxisRange, 3> ranges;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto i = static_cast<Eigen::Index>(a);
+    ranges[a] = voxels_between(axes[a], box_mm.min()[i], box_mm.max()[i]);
   }
-  if (request.box_mm) return region_of_box(grid, *request.box_mm);
-  validate_region(grid, *request.voxels);
-  return *request.voxels;
+  const auto count = [&](std::size_t a) { return ranges[a].second - ranges[a].first; };
+  return {ranges[0].first, ranges[1].first, ranges[2].first, {count(0), count(1), count(2)}};
 }
 
 void validate_region(const Grid& grid, const VoxelRegion& region) {

@@ -7,7 +7,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "core/base/types.h"
 #include "core/contour/contour.h"
@@ -26,17 +25,12 @@ struct VoxelRegion {
   LayerWindow window() const { return {first_column, first_row, extent.columns, extent.rows}; }
 };
 
-/// As a client asks for it: exactly one of the two.
-struct RegionRequest {
-  std::optional<VoxelRegion> voxels;
-  std::optional<Box3> box_mm;  // World frame: the voxels whose centres are at or above its lower corner and below its
-                               // upper one. What of it is outside of the grid is left out.
-};
-
 VoxelRegion whole_region(const Grid& grid);
 
-/// REQUIRES: a valid grid. Throws Error{kRegionAmbiguous, kRegionNonFinite, kRegionEmpty, kRegionOutOfGrid}.
-VoxelRegion plan_region(const Grid& grid, const RegionRequest& request);
+/// The voxels whose centres are at or above the box's lower corner and below its upper one, world frame. What of the
+/// box is outside of the grid is left out. REQUIRES: a valid grid. Throws Error{kRegionNonFinite, kRegionEmpty,
+/// kRegionOutOfGrid}.
+VoxelRegion region_of_box(const Grid& grid, const Box3& box_mm);
 
 /// Throws Error{kRegionEmpty, kRegionOutOfGrid} unless the region has voxels, all of the grid.
 void validate_region(const Grid& grid, const VoxelRegion& region);

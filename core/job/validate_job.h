@@ -15,7 +15,7 @@ namespace ccslice {
 /// Checks a job against its solid and the limits. Throws what validate_placement(), validate_pitch() and
 /// validate_extent(), validate_region() and validate_printing() throw, and Error{kNothingRequested, kTooManyPlanes,
 /// kChannelUnknown, kValueRangeInvalid, kValueRangeUnexpected, kOutsideSampleInvalid, kEnumValueUnknown,
-/// kEncodingUnsupported, kToleranceInvalid, kLayerBytesTooLarge}. Fields are named as in a SliceRangeRequest.
+/// kEncodingUnsupported, kToleranceInvalid, kLayerBytesTooLarge}. Fields are named as in a SliceJob.
 void validate_job(const LimitSolid& solid, const SliceJob& job, const SliceLimits& limits = {});
 void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceLimits& limits = {});
 

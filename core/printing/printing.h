@@ -141,7 +141,7 @@ double steepest_span(const MaterialMap& map);
 double steepest_span(const Printing& printing, std::uint32_t channel);
 
 /// The materials alone. Throws Error{kMaterialsMissing, kTooManyMaterials, kMaterialNameInvalid, kMaterialNameRepeated,
-/// kMaterialColourRepeated}. Fields are named as in a SliceRangeRequest.
+/// kMaterialColourRepeated}. Fields are named as in a SliceJob.
 void validate_materials(const Printing& printing);
 
 /// Throws as above, and Error{kMaterialUnknown, kMaterialMapMissing, kMaterialMapInvalid, kMaterialMapNonFinite,

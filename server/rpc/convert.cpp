@@ -169,18 +169,25 @@ GridRequest to_grid_request(const v1::GridSpec& message) {
 }
 
 VoxelRegion to_region(const v1::Region& message, const Grid& grid) {
-  RegionRequest request;
-  if (message.has_voxels()) {
-    const v1::VoxelRegion& voxels = message.voxels();
-    request.voxels =
-        VoxelRegion{voxels.first_column(), voxels.first_row(), voxels.first_layer(), to_extent(voxels.extent())};
+  switch (message.kind_case()) {
+    case v1::Region::kVoxels: {
+      const v1::VoxelBox& voxels = message.voxels();
+      const VoxelRegion region = {voxels.first_column(), voxels.first_row(), voxels.first_layer(),
+                                  to_extent(voxels.extent())};
+      validate_region(grid, region);
+      return region;
+    }
+    case v1::Region::kBoxMm: {
+      Box3 box_mm;
+      box_mm.min() = to_vec3(message.box_mm().min_mm());
+      box_mm.max() = to_vec3(message.box_mm().max_mm());
+      return region_of_box(grid, box_mm);
+    }
+    default:
+      throw Error(ErrorCode::kRegionEmpty,
+                  "region: neither voxels nor box_mm; give one of them, or leave the region out for the whole grid",
+                  "region");
   }
-  if (message.has_box_mm()) {
-    request.box_mm.emplace();
-    request.box_mm->min() = to_vec3(message.box_mm().min_mm());
-    request.box_mm->max() = to_vec3(message.box_mm().max_mm());
-  }
-  return plan_region(grid, request);
 }
 
 PictureOrder to_order(const v1::PictureLayout& message) {
@@ -237,8 +244,8 @@ v1::Grid to_message(const Grid& value) {
   return message;
 }
 
-v1::VoxelRegion to_message(const VoxelRegion& value) {
-  v1::VoxelRegion message;
+v1::VoxelBox to_message(const VoxelRegion& value) {
+  v1::VoxelBox message;
   message.set_first_column(value.first_column);
   message.set_first_row(value.first_row);
   message.set_first_layer(value.first_layer);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "ccslice/v1/geometry.pb.h"
+#include "ccslice/v1/job.pb.h"
 #include "ccslice/v1/mesh.pb.h"
 #include "ccslice/v1/slice.pb.h"
 #include "core/base/types.h"
@@ -28,7 +29,7 @@ Placement to_placement(const v1::Placement& message, const Box3& solid_box, cons
 Vec3 to_vec3(const v1::Vector3& message);
 /// Throws Error{kPitchMissing}.
 GridRequest to_grid_request(const v1::GridSpec& message);
-/// The region that is asked for. Throws Error{kRegionAmbiguous, kRegionNonFinite, kRegionEmpty, kRegionOutOfGrid}.
+/// The region that is asked for. Throws Error{kRegionNonFinite, kRegionEmpty, kRegionOutOfGrid}.
 VoxelRegion to_region(const v1::Region& message, const Grid& grid);
 /// Throws Error{kEnumValueUnknown}.
 PictureOrder to_order(const v1::PictureLayout& message);
@@ -44,7 +45,7 @@ std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::Pl
 v1::Vector3 to_message(const Vec3& value);
 v1::Box3 to_message(const Box3& value);
 v1::Grid to_message(const Grid& value);
-v1::VoxelRegion to_message(const VoxelRegion& value);
+v1::VoxelBox to_message(const VoxelRegion& value);
 v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, const std::optional<Printing>& printing);
 v1::CellKind to_message(const CellKindTraits& value);
 v1::PlaneEncoding to_message(const EncodingTraits& value);

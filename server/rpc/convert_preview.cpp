@@ -15,7 +15,9 @@
 #include "core/slicer/slice_range.h"
 #include "server/rpc/contract_value.h"
 #include "server/rpc/convert.h"
+#include "server/rpc/job_field.h"
 #include "server/rpc/printer.h"
+#include "server/rpc/slice_job.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
@@ -42,9 +44,10 @@ PreviewLines to_lines(const v1::PreviewLines& message) {
   return lines;
 }
 
-PreviewColours to_colours(const v1::PreviewContent& message, const PreviewSetting& setting, const SolidSummary& solid) {
+PreviewColours to_colours(const v1::PreviewContent& message, const std::shared_ptr<const Printing>& printing,
+                          const SolidSummary& solid) {
   PreviewColours show;
-  show.printing = setting.printing;
+  show.printing = printing;
   switch (message.content_case()) {
     case v1::PreviewContent::kOccupancy: break;
     case v1::PreviewContent::kChannel:
@@ -65,13 +68,6 @@ PreviewColours to_colours(const v1::PreviewContent& message, const PreviewSettin
   return show;
 }
 
-Grid to_grid(const v1::GridSpec& message, const v1::PrinterProfile* printer, const LimitSolid& solid,
-             const Placement& placement, const SliceLimits& limits, const CancellationToken& cancel) {
-  v1::GridSpec grid = message;
-  if (printer != nullptr) grid = with_printer_pitch(grid, to_printer(*printer));
-  return plan_grid(solid, placement, to_grid_request(grid), limits, cancel);
-}
-
 [[noreturn]] void malformed(const std::string& message, const std::string& field) {
   throw ServiceError(ServiceErrorCode::kRequestMalformed, field + ": " + message, field);
 }
@@ -88,31 +84,38 @@ PreviewJob to_plane_job(const v1::PreviewRequest& request, const PreviewSetting&
   job.plane.up_mm = plane.up_mm_per_pixel() == 0 ? plane.across_mm_per_pixel() : plane.up_mm_per_pixel();
   job.plane.columns = request.width();
   job.plane.rows = request.height();
-  job.show = to_colours(request.content(), setting, solid.summary());
+  job.show = to_colours(request.content(), setting.printing, solid.summary());
   job.contours = request.contours();
   validate_preview(solid.summary(), job, limits);
   if (job.show.content == PreviewContent::kHalftone) {
-    const v1::HalftoneContent& halftone = request.content().halftone();
-    job.voxels = to_grid(halftone.grid(), halftone.has_printer() ? &halftone.printer() : nullptr, solid,
-                         setting.placement, limits, cancel);
+    job.voxels = at_job("content.halftone", [&] {
+      return to_grid(request.content().halftone(), solid, setting.placement, limits, cancel);
+    });
   }
   return job;
 }
 
-LayerPreview to_layer(const v1::PreviewRequest& request, const PreviewSetting& setting, const LimitSolid& solid,
-                      const SliceLimits& limits, const CancellationToken& cancel) {
+/// The job but for what its pictures would be: contours stand in for them.
+SliceJob to_job_of_layer(const v1::PreviewLayer& plane, const LimitSolid& solid, const SliceLimits& limits,
+                         const CancellationToken& cancel) {
+  v1::SliceJob job = plane.job();
+  job.clear_planes();
+  job.clear_layout();
+  job.mutable_contours()->clear_by_cell_region();
+  return to_job(job, kLayerJobPath, solid, limits, cancel);
+}
+
+LayerPreview to_layer(const v1::PreviewRequest& request, const LimitSolid& solid, const SliceLimits& limits,
+                      const CancellationToken& cancel) {
   const v1::PreviewLayer& plane = request.plane().layer();
   if (request.width() != 0 || request.height() != 0) {
     malformed("a layer is as wide and high as its region: leave width and height out", "width");
   }
+  SliceJob job = to_job_of_layer(plane, solid, limits, cancel);
   LayerPreview preview;
-  preview.show = to_colours(request.content(), setting, solid.summary());
-  validate_colours(solid.summary(), preview.show);
-  SliceJob job;
-  job.placement = setting.placement;
-  job.grid =
-      to_grid(plane.grid(), plane.has_printer() ? &plane.printer() : nullptr, solid, setting.placement, limits, cancel);
-  if (plane.has_region()) job.region = to_region(plane.region(), job.grid);
+  const auto printing = job.printing ? std::make_shared<const Printing>(*job.printing) : nullptr;
+  preview.show = to_colours(request.content(), printing, solid.summary());
+  at_job(kLayerJobPath, [&] { validate_colours(solid.summary(), preview.show); });
   const LayerWindow window = region_of(job).window();
   if (window.columns > kMaxPreviewPixels || window.rows > kMaxPreviewPixels) {
     throw Error(ErrorCode::kPictureTooLarge,
@@ -134,7 +137,7 @@ LayerPreview to_layer(const v1::PreviewRequest& request, const PreviewSetting& s
   preview.contours = request.contours();
   preview.job = layer_preview_job(std::move(job), preview.show, preview.contours);
   preview.layer = plane.layer();
-  validate_job(solid, preview.job, limits);
+  at_job(kLayerJobPath, [&] { validate_job(solid, preview.job, limits); });
   return preview;
 }
 
@@ -144,7 +147,7 @@ PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& 
                        const SliceLimits& limits, const CancellationToken& cancel) {
   switch (request.plane().plane_case()) {
     case v1::PreviewPlane::kFree: return to_plane_job(request, setting, solid, limits, cancel);
-    case v1::PreviewPlane::kLayer: return to_layer(request, setting, solid, limits, cancel);
+    case v1::PreviewPlane::kLayer: return to_layer(request, solid, limits, cancel);
     default: malformed("neither free nor layer: say which plane", "plane");
   }
 }

@@ -20,7 +20,7 @@
 
 namespace ccslice::server {
 
-/// What holds from message to message of a call.
+/// What holds of free planes, from message to message of a call.
 struct PreviewSetting {
   Placement placement = Placement::Identity();
   std::shared_ptr<const Printing> printing;

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include "ccslice/v1/slice.pb.h"
+#include "ccslice/v1/plan.pb.h"
 #include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
 

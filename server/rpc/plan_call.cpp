@@ -8,8 +8,10 @@
 #include <memory>
 #include <string>
 
+#include "server/rpc/job_field.h"
 #include "server/rpc/slice_job.h"
 #include "server/rpc/unary_call.h"
+#include "server/rpc/unknown_fields.h"
 
 namespace ccslice::server {
 namespace {
@@ -52,7 +54,9 @@ class PlanCall final : public UnaryCall {
   void find_mesh_and_plan(const Executor::Lane& lane) {
     std::string mesh_id;
     try {
-      mesh_id = parse().mesh_id();
+      const v1::PlanSlicesRequest request = parse();
+      require_known_fields(request);
+      mesh_id = mesh_id_of(request.job(), kJobPath);
     } catch (...) {
       return end(to_status(std::current_exception()));
     }

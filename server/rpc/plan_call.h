@@ -7,7 +7,7 @@
 
 #include <grpcpp/support/server_callback.h>
 
-#include "ccslice/v1/slice.pb.h"
+#include "ccslice/v1/plan.pb.h"
 #include "server/rpc/service_state.h"
 
 namespace ccslice::server {

@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "ccslice/v1/slice.pb.h"
+#include "ccslice/v1/plan.pb.h"
 
 namespace ccslice::server {
 

@@ -30,11 +30,13 @@
 
 #include "server/rpc/call.h"
 #include "server/rpc/convert_preview.h"
+#include "server/rpc/job_field.h"
 #include "server/rpc/preview_painter.h"
 #include "server/rpc/preview_parts.h"
 #include "server/rpc/preview_requests.h"
 #include "server/rpc/preview_session.h"
 #include "server/rpc/side_watch.h"
+#include "server/rpc/slice_job.h"
 #include "server/rpc/unknown_fields.h"
 
 namespace ccslice::server {
@@ -46,6 +48,15 @@ using namespace std::chrono_literals;
 constexpr auto kKeepMemory = 10s;                    // Of an idle call.
 constexpr std::size_t kParsedAtOnceBytes = 4 << 10;  // While somebody drags, requests have some 200.
 constexpr std::uint64_t kUncountedBytes = 16 << 10;  // Of requests: every open call has them.
+
+/// A layer's job names its mesh. As that of the request the mesh holds for the call.
+void take_mesh_of_layer(v1::PreviewRequest& request) {
+  const std::string& id = mesh_id_of(request.plane().layer().job(), kLayerJobPath);
+  if (request.mesh_id().empty()) request.set_mesh_id(id);
+  if (request.mesh_id() == id) return;
+  throw ServiceError(ServiceErrorCode::kRequestMalformed,
+                     "mesh_id: isn't that of the layer's job; leave it out, the job's is enough", "mesh_id");
+}
 
 class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, v1::PreviewResponse>> {
  public:
@@ -166,6 +177,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     parse_request(raw_, request.message);
     raw_.Clear();  // It counts among the bytes that gRPC may hold of all clients.
     require_known_fields(request.message);
+    if (request.message.plane().has_layer()) take_mesh_of_layer(request.message);
     return request;
   }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/slicer/slicer_memory.h"
+#include "server/rpc/job_field.h"
 #include "server/service/limits.h"
 #include "server/service/service_error.h"
 
@@ -45,7 +46,7 @@ PreviewPicture PreviewPainter::paint(const LayerPreview& preview, const std::str
     layers_.emplace(mesh_->solid(), preview.job, preview.show, cancel);
     layers_key_ = key;
   }
-  return layers_->paint(preview.layer, cancel);
+  return at_job(kLayerJobPath, [&] { return layers_->paint(preview.layer, cancel); });
 }
 
 /// What a picture takes to cut the solid is about the same wherever its plane lies, so it is estimated once; what its

@@ -10,6 +10,7 @@
 
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_printing.h"
+#include "server/rpc/job_field.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
@@ -17,17 +18,16 @@ namespace ccslice::server {
 void PreviewSession::begin(const MeshPtr& mesh, const v1::PreviewRequest& request, const SliceLimits& limits) {
   const bool is_first = std::exchange(mesh_, mesh) == nullptr;
   if (!is_first && !request.mesh_id().empty() && request.mesh_id() != mesh_->id()) {
+    const std::string job = request.plane().has_layer() ? std::string(kLayerJobPath) + ".parts[0]." : "";
     throw ServiceError(ServiceErrorCode::kRequestMalformed,
-                       "mesh_id changes within the call: make another call for another mesh", "mesh_id");
+                       job + "mesh_id: changes within the call; make another call for another mesh", job + "mesh_id");
   }
   const SolidSummary& solid = mesh_->solid()->summary();
   if (request.has_placement()) {
     setting_.placement = to_placement(request.placement(), solid.bounding_box, limits);
-    placement_bytes_ = request.placement().SerializeAsString();
   }
   if (request.has_printing()) {
     setting_.printing = std::make_shared<const Printing>(to_printing(request.printing(), solid));
-    printing_bytes_ = request.printing().SerializeAsString();
   }
 }
 
@@ -38,9 +38,8 @@ PreviewWork PreviewSession::work(const v1::PreviewRequest& request, const SliceL
 
 std::string PreviewSession::layers_key(const v1::PreviewRequest& request) const {
   v1::PreviewLayer layer = request.plane().layer();
-  if (!layer.has_region()) layer.clear_layer();  // A region of one layer is a job of its own.
-  return placement_bytes_ + '\n' + printing_bytes_ + '\n' + layer.SerializeAsString() + '\n' +
-         request.content().SerializeAsString() + (request.contours() ? "c" : "");
+  if (!layer.job().has_region()) layer.clear_layer();  // A region of one layer is a job of its own.
+  return layer.SerializeAsString() + '\n' + request.content().SerializeAsString() + (request.contours() ? "c" : "");
 }
 
 std::vector<v1::PreviewResponse> PreviewSession::answer(const v1::PreviewRequest& request, v1::PreviewStage stage,

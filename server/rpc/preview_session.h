@@ -29,8 +29,8 @@ struct PreviewTimes {
 /// One thread at a time.
 class PreviewSession {
  public:
-  /// Takes what the request sets. Throws ServiceError{kRequestMalformed} if it names another mesh than the one before,
-  /// and what to_placement() and to_printing() throw.
+  /// Takes what the request sets for free planes. Throws ServiceError{kRequestMalformed} if it names another mesh than
+  /// the one before, and what to_placement() and to_printing() throw.
   void begin(const MeshPtr& mesh, const v1::PreviewRequest& request, const SliceLimits& limits);
   /// What it shows. Throws what to_preview() throws.
   PreviewWork work(const v1::PreviewRequest& request, const SliceLimits& limits, const CancellationToken& cancel) const;
@@ -44,7 +44,6 @@ class PreviewSession {
  private:
   MeshPtr mesh_;
   PreviewSetting setting_;
-  std::string placement_bytes_, printing_bytes_;
   PngEncoder png_;
 };
 

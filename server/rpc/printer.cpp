@@ -7,31 +7,31 @@
 #include <string>
 #include <vector>
 
+#include "core/base/choice_text.h"
 #include "core/base/echo.h"
 #include "core/base/number_text.h"
-#include "server/rpc/convert.h"
 #include "server/rpc/plan_warning.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
 namespace {
 
-constexpr const char* kCustom = "custom";
 constexpr double kSamePitch = 1e-3;  // Relative: names round 25.4 mm / 600.
 constexpr int kDigits = 4;
 
+/// Of a printer that is known.
 void refuse_details(const v1::PrinterProfile& message) {
   if (!message.has_pitch() && !message.has_tray_mm() && message.max_materials() == 0 && message.min_layers() == 0 &&
       message.smallest_feature_mm() == 0)
     return;
   throw ServiceError(
       ServiceErrorCode::kPrinterInvalid,
-      "printer: \"" + echoed(message.name()) + "\" is known; give its name alone, or call your own \"custom\"",
+      "printer: \"" + echoed(message.name()) + "\" is known; give its name alone, or another name to your own",
       "printer");
 }
 
-PrinterProfile custom_printer(const v1::PrinterProfile& message) {
-  PrinterProfile printer{kCustom,
+PrinterProfile described_printer(const v1::PrinterProfile& message) {
+  PrinterProfile printer{message.name().empty() ? "the printer" : echoed(message.name()),
                          message.title(),
                          {},
                          Vec3::Zero(),
@@ -42,10 +42,6 @@ PrinterProfile custom_printer(const v1::PrinterProfile& message) {
     throw ServiceError(ServiceErrorCode::kPrinterInvalid,
                        "printer.smallest_feature_mm: negative or not finite; leave it out for two voxels",
                        "printer.smallest_feature_mm");
-  }
-  if (!message.has_pitch()) {
-    throw ServiceError(ServiceErrorCode::kPrinterInvalid,
-                       "printer.pitch: missing; say how large a custom printer's voxels are", "printer.pitch");
   }
   printer.pitch = {message.pitch().x_mm(), message.pitch().y_mm(), message.pitch().z_mm()};
   printer.tray_mm = Vec3(message.tray_mm().x(), message.tray_mm().y(), message.tray_mm().z());
@@ -76,17 +72,20 @@ void warn_of_pitch(const VoxelPitch& pitch, const PrinterProfile& printer, v1::P
 }  // namespace
 
 PrinterProfile to_printer(const v1::PrinterProfile& message) {
-  if (message.name() == kCustom) return custom_printer(message);
   if (const PrinterProfile* known = find_printer_profile(message.name())) {
     refuse_details(message);
     return *known;
   }
-  std::string names;
-  for (const PrinterProfile& profile : printer_profiles()) names += profile.name + ", ";
-  throw ServiceError(
-      ServiceErrorCode::kPrinterUnknown,
-      "printer.name: there is no profile \"" + echoed(message.name()) + "\"; there are " + names + kCustom,
-      "printer.name");
+  if (message.has_pitch()) return described_printer(message);
+  if (message.name().empty()) {
+    throw ServiceError(ServiceErrorCode::kPrinterInvalid,
+                       "printer.pitch: missing; name a printer that the server knows, or say how large the voxels are",
+                       "printer.pitch");
+  }
+  throw ServiceError(ServiceErrorCode::kPrinterUnknown,
+                     "printer.name: there is no profile \"" + echoed(message.name()) + "\"; ask for " +
+                         choice_text(printer_profiles()) + ", or give the pitch of your own",
+                     "printer.name");
 }
 
 v1::PrinterProfile to_message(const PrinterProfile& value) {
@@ -101,12 +100,6 @@ v1::PrinterProfile to_message(const PrinterProfile& value) {
   message.set_min_layers(value.min_layers);
   message.set_smallest_feature_mm(value.smallest_feature_mm);
   return message;
-}
-
-v1::GridSpec with_printer_pitch(const v1::GridSpec& grid, const PrinterProfile& printer) {
-  v1::GridSpec result = grid;
-  if (!grid.has_pitch()) *result.mutable_pitch() = to_message(printer).pitch();
-  return result;
 }
 
 void warn_of_printer(const SliceJob& job, const PrinterProfile& printer, v1::PlanSlicesResponse& plan) {

@@ -5,19 +5,32 @@
 
 #pragma once
 
-#include "ccslice/v1/slice.pb.h"
+#include "ccslice/v1/job.pb.h"
+#include "ccslice/v1/plan.pb.h"
 #include "core/job/printer_profile.h"
 #include "core/job/slice_job.h"
+#include "server/rpc/convert.h"
 
 namespace ccslice::server {
 
-/// The profile of that name, or the client's own. Throws ServiceError{kPrinterUnknown, kPrinterInvalid}.
+/// The profile of that name, or the one that the message describes. Throws ServiceError{kPrinterUnknown,
+/// kPrinterInvalid}.
 PrinterProfile to_printer(const v1::PrinterProfile& message);
 
 v1::PrinterProfile to_message(const PrinterProfile& value);
 
-/// The grid with the printer's pitch, unless it has one of its own.
-v1::GridSpec with_printer_pitch(const v1::GridSpec& grid, const PrinterProfile& printer);
+/// The grid of a job or of a halftone, with the printer's pitch unless it has one of its own. Throws as to_printer(),
+/// and what plan_grid() and to_grid_request() throw.
+template <typename Message>
+Grid to_grid(const Message& message, const LimitSolid& solid, const Placement& placement, const SliceLimits& limits,
+             const CancellationToken& cancel) {
+  v1::GridSpec grid = message.grid();
+  if (message.has_printer()) {
+    const v1::VoxelPitch pitch = to_message(to_printer(message.printer())).pitch();
+    if (!grid.has_pitch()) *grid.mutable_pitch() = pitch;
+  }
+  return plan_grid(solid, placement, to_grid_request(grid), limits, cancel);
+}
 
 /// Too many materials, too few layers, a part larger than the tray, another pitch than the printer's.
 void warn_of_printer(const SliceJob& job, const PrinterProfile& printer, v1::PlanSlicesResponse& plan);

@@ -16,10 +16,12 @@
 #include "core/slicer/slicer_memory.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_printing.h"
+#include "server/rpc/job_field.h"
 #include "server/rpc/layer_messages.h"
 #include "server/rpc/requests.h"
 #include "server/rpc/shedding_call.h"
 #include "server/rpc/slice_job.h"
+#include "server/rpc/unknown_fields.h"
 #include "server/service/layer_stream.h"
 #include "server/service/slicer_source.h"
 
@@ -52,7 +54,8 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
 
   std::string parse() override {
     parse_request(raw_, request_);
-    return request_.mesh_id();
+    require_known_fields(request_);
+    return mesh_id_of(request_.job(), kJobPath);
   }
 
   void forget() override { v1::SliceRangeRequest().Swap(&request_); }
@@ -60,11 +63,11 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
   void prepare(const MeshPtr& mesh) override {
     mesh_ = mesh;
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
-    job_ = to_job(request_, *mesh_->solid(), state_.slice_limits, cancel_);
+    job_ = to_job(request_.job(), kJobPath, *mesh_->solid(), state_.slice_limits, cancel_);
     const SliceJob& job = *job_;
     range_ = {.first = request_.first_layer(), .count = request_.layer_count()};
     validate_layer_range(job, range_.first, range_.count);
-    log_.note_mesh(request_.mesh_id());
+    log_.note_mesh(mesh_->id());
     log_.note_layers(range_.first, range_.count);
     write_header(job);
     memory_ = slicer_memory(mesh_->solid(), job, cancel_);
@@ -230,7 +233,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
       return LayerStream::Pull::kPending;
     }
     const LayerStream::Pull pulled = stream_->pull(layer);
-    if (pulled == LayerStream::Pull::kFailed) std::rethrow_exception(stream_->error());
+    if (pulled == LayerStream::Pull::kFailed) at_job(kJobPath, [&] { std::rethrow_exception(stream_->error()); });
     if (pulled != LayerStream::Pull::kLayer) return pulled;
     pulled_layer_ = range_.first++;
     --range_.count;
@@ -242,8 +245,8 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     header_.set_engine_version(std::string(kEngineVersion));
     *header_.mutable_grid() = to_message(job.grid);
     *header_.mutable_region() = to_message(region_of(job));
-    *header_.mutable_layout() = with_defaults(request_.layout());
-    header_.set_mesh_id(request_.mesh_id());
+    *header_.mutable_layout() = with_defaults(request_.job().layout());
+    header_.set_mesh_id(mesh_->id());
     header_.set_first_layer(request_.first_layer());
     header_.set_layer_count(request_.layer_count());
     for (const PlaneSpec& plane : job.planes) {

@@ -22,14 +22,14 @@
 #include "core/output/encode.h"
 #include "core/output/encodings.h"
 #include "core/printing/values_off_map.h"
-#include "proto/job_fields.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/convert_printing.h"
 #include "server/rpc/deviation_warnings.h"
+#include "server/rpc/job_field.h"
 #include "server/rpc/plan_warning.h"
 #include "server/rpc/printer.h"
-#include "server/rpc/unknown_fields.h"
 #include "server/service/limits.h"
+#include "server/service/mesh_id.h"
 
 namespace ccslice::server {
 namespace {
@@ -174,7 +174,7 @@ void warn_of_grid(const SliceJob& job, v1::PlanSlicesResponse& plan) {
   if (job.contour_tolerance_mm > 0.5 * std::min(grid.pitch.x_mm, grid.pitch.y_mm)) {
     add_warning(
         plan, v1::PLAN_WARNING_KIND_COARSE_TOLERANCE,
-        "contour_tolerance_mm is larger than half a voxel: voxels at the boundary may be wrong; use a smaller one");
+        "tolerances.contour_mm is larger than half a voxel: voxels at the boundary may be wrong; use a smaller one");
   }
 }
 
@@ -230,7 +230,8 @@ SmallestFeature smallest_feature(const v1::PlanSlicesRequest& request, const Vox
                 "smallest_feature_mm");
   }
   if (request.has_smallest_feature_mm()) return {.mm = mm, .voxels_mm = Vec3::Zero()};
-  const double printers = request.has_printer() ? to_printer(request.printer()).smallest_feature_mm : 0;
+  const v1::SliceJob& job = request.job();
+  const double printers = job.has_printer() ? to_printer(job.printer()).smallest_feature_mm : 0;
   if (printers > 0) return {.mm = printers, .voxels_mm = Vec3::Zero()};
   return {.mm = 0, .voxels_mm = kVoxels * Vec3(pitch.x_mm, pitch.y_mm, pitch.z_mm)};
 }
@@ -260,43 +261,71 @@ void warn_of_thin_features(const SliceJob& job, const LimitSolid& solid, const S
   }
 }
 
+void require_one_part(const v1::SliceJob& job) {
+  if (job.parts().empty()) {
+    throw Error(ErrorCode::kPartsMissing, "parts: none; give the job a part, with the id of its mesh", "parts");
+  }
+  const auto refuse = [](int count, const std::string& field) {
+    throw Error(ErrorCode::kTooManyParts,
+                field + ": " + std::to_string(count) +
+                    " are more than the one that this server slices in a job; slice each in a job of its own, on the "
+                    "same grid",
+                field);
+  };
+  if (job.parts_size() > 1) refuse(job.parts_size(), "parts");
+  if (job.parts(0).placements_size() > 1) refuse(job.parts(0).placements_size(), "parts[0].placements");
+}
+
+SliceJob to_unchecked_job(const v1::SliceJob& message, const LimitSolid& solid, const SliceLimits& limits,
+                          const CancellationToken& cancel) {
+  SliceJob job;
+  for (const v1::Placement& placement : message.parts(0).placements()) {
+    job.placement = to_placement(placement, solid.summary().bounding_box, limits);
+  }
+  job.grid = to_grid(message, solid, job.placement, limits, cancel);
+  if (message.has_region()) job.region = to_region(message.region(), job.grid);
+  job.order = to_order(message.layout());
+  if (message.has_printing()) job.printing = to_printing(message.printing(), solid.summary());
+  job.planes = to_planes(message.planes(), solid.summary(), job.printing);
+  job.contours = message.has_contours();
+  job.contours_by_region = message.contours().by_cell_region();
+  const v1::Tolerances& tolerances = message.tolerances();
+  if (tolerances.has_contour_mm()) job.contour_tolerance_mm = tolerances.contour_mm();
+  if (tolerances.has_channel()) job.material_tolerance = tolerances.channel();
+  job.prove_materials = tolerances.prove_channels();
+  return job;
+}
+
 }  // namespace
 
-SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, const SliceLimits& limits,
-                const CancellationToken& cancel) {
-  require_known_fields(request);
-  SliceJob job;
-  job.placement = to_placement(request.placement(), solid.summary().bounding_box, limits);
-  v1::GridSpec grid = request.grid();
-  if (request.has_printer()) grid = with_printer_pitch(grid, to_printer(request.printer()));
-  job.grid = plan_grid(solid, job.placement, to_grid_request(grid), limits, cancel);
-  if (request.has_region()) job.region = to_region(request.region(), job.grid);
-  job.order = to_order(request.layout());
-  if (request.has_printing()) job.printing = to_printing(request.printing(), solid.summary());
-  job.planes = to_planes(request.planes(), solid.summary(), job.printing);
-  job.contours_by_region = request.contours_by_region();
-  job.contours = request.contours() || job.contours_by_region;
-  if (request.has_contour_tolerance_mm()) job.contour_tolerance_mm = request.contour_tolerance_mm();
-  if (request.has_material_tolerance()) job.material_tolerance = request.material_tolerance();
-  job.prove_materials = request.prove_materials();
-  validate_job(solid, job, limits);
-  return job;
+const std::string& mesh_id_of(const v1::SliceJob& job, const std::string& path) {
+  at_job(path, [&] { require_one_part(job); });
+  const std::string& id = job.parts(0).mesh_id();
+  require_mesh_id(id, path + ".parts[0].mesh_id");
+  return id;
+}
+
+SliceJob to_job(const v1::SliceJob& message, const std::string& path, const LimitSolid& solid,
+                const SliceLimits& limits, const CancellationToken& cancel) {
+  return at_job(path, [&] {
+    SliceJob job = to_unchecked_job(message, solid, limits, cancel);
+    validate_job(solid, job, limits);
+    return job;
+  });
 }
 
 v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const LimitSolid& solid,
                                    const SliceLimits& limits, const CancellationToken& cancel) {
-  require_known_fields(request);
-  v1::SliceRangeRequest whole;
-  copy_job_fields(request, whole);
-  whole.set_contours(request.planes().empty());  // A job of nothing would be refused; a plan of it is fine.
-  const SliceJob job = to_job(whole, solid, limits, cancel);
+  v1::SliceJob message = request.job();
+  if (message.planes().empty()) message.mutable_contours();  // A job of nothing would be refused; a plan of it is fine.
+  const SliceJob job = to_job(message, kJobPath, solid, limits, cancel);
 
   v1::PlanSlicesResponse plan;
   *plan.mutable_grid() = to_message(job.grid);
   *plan.mutable_size_mm() = to_message(Vec3(grid_box(job.grid).sizes()));
   const VoxelRegion region = region_of(job);
   *plan.mutable_region() = to_message(region);
-  *plan.mutable_layout() = with_defaults(request.layout());
+  *plan.mutable_layout() = with_defaults(message.layout());
   plan.set_layer_count(region.extent.layers);
   plan.set_raw_bytes_per_layer(layer_bytes(job));
   plan.set_raw_bytes(layer_bytes(job) * region.extent.layers);
@@ -316,7 +345,7 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
     warn_of_values_off_maps(*job.printing, solid, plan);
     warn_of_fractions_below_one(*job.printing, solid, plan);
   }
-  if (request.has_printer()) warn_of_printer(job, to_printer(request.printer()), plan);
+  if (message.has_printer()) warn_of_printer(job, to_printer(message.printer()), plan);
   plan.set_engine_version(std::string(kEngineVersion));
   return plan;
 }

@@ -5,7 +5,11 @@
 
 #pragma once
 
-#include "ccslice/v1/slice.pb.h"
+#include <cstdint>
+#include <string>
+
+#include "ccslice/v1/job.pb.h"
+#include "ccslice/v1/plan.pb.h"
 #include "core/base/cancellation.h"
 #include "core/job/slice_job.h"
 #include "core/job/slice_limits.h"
@@ -13,10 +17,15 @@
 
 namespace ccslice::server {
 
-/// The job of a request, valid for the solid and within the limits. Throws Error (2xx),
-/// ServiceError{kRequestMalformed}. Takes a while for large meshes: throws Error{kCancelled}.
-SliceJob to_job(const v1::SliceRangeRequest& request, const LimitSolid& solid, const SliceLimits& limits,
-                const CancellationToken& cancel);
+/// The mesh of the job at `path` of a request. Throws Error{kPartsMissing, kTooManyParts},
+/// ServiceError{kMeshIdInvalid}.
+const std::string& mesh_id_of(const v1::SliceJob& job, const std::string& path);
+
+/// The job at `path` of a request, valid for the solid and within the limits. Throws Error (2xx),
+/// ServiceError{kRequestMalformed, kPrinterUnknown, kPrinterInvalid}. Takes a while for large meshes: throws
+/// Error{kCancelled}. REQUIRES: mesh_id_of() passes.
+SliceJob to_job(const v1::SliceJob& message, const std::string& path, const LimitSolid& solid,
+                const SliceLimits& limits, const CancellationToken& cancel);
 
 /// What slicing would give. Throws like to_job.
 v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const LimitSolid& solid,

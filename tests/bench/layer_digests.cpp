@@ -62,12 +62,10 @@ SliceJob printed(const PrinterJob& part, HalftoneMethod method) {
 SliceJob region_with_contours(const PrinterJob& part) {
   SliceJob job = contone(part);
   const GridExtent& extent = job.grid.extent;
-  RegionRequest request;
-  request.voxels = VoxelRegion{extent.columns / 4,
-                               extent.rows / 4,
-                               extent.layers / 4,
-                               {extent.columns / 2 + 1, extent.rows / 2 + 1, extent.layers / 2 + 1}};
-  job.region = plan_region(job.grid, request);
+  job.region = VoxelRegion{extent.columns / 4,
+                           extent.rows / 4,
+                           extent.layers / 4,
+                           {extent.columns / 2 + 1, extent.rows / 2 + 1, extent.layers / 2 + 1}};
   job.contours = true;
   return job;
 }

@@ -213,17 +213,17 @@ void measure_busy(client::Client& client, const Subject& subject, const std::str
     jobs.emplace_back([&] {
       client::Client own({.address = address});
       v1::SliceRangeRequest request;
-      request.set_mesh_id(subject.id);
+      v1::SliceJob& asked = *request.mutable_job();
+      asked.add_parts()->set_mesh_id(subject.id);
       const double pitch = subject.box.sizes().maxCoeff() / 1500;
-      request.mutable_grid()->mutable_pitch()->set_x_mm(pitch);
-      request.mutable_grid()->mutable_pitch()->set_y_mm(pitch);
-      request.mutable_grid()->mutable_pitch()->set_z_mm(pitch);
-      v1::PlaneSpec& plane = *request.add_planes();
+      asked.mutable_grid()->mutable_pitch()->set_x_mm(pitch);
+      asked.mutable_grid()->mutable_pitch()->set_y_mm(pitch);
+      asked.mutable_grid()->mutable_pitch()->set_z_mm(pitch);
+      v1::PlaneSpec& plane = *asked.add_planes();
       plane.mutable_channel()->set_name(subject.channel);
       plane.set_sample_type(v1::SAMPLE_TYPE_UINT8);
       v1::PlanSlicesRequest plan;
-      plan.set_mesh_id(subject.id);
-      *plan.mutable_grid() = request.grid();
+      *plan.mutable_job() = asked;
       request.set_layer_count(own.plan(plan).layer_count());
       try {
         for (;;)

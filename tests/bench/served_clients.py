@@ -101,14 +101,14 @@ class Jobs:
 
     def request(self, columns, first=0, count=None):
         """Layers of columns x columns; by default all of them."""
-        from ccslice.v1 import slice_pb2
-        request = slice_pb2.SliceRangeRequest(mesh_id=self._mesh_id, first_layer=first,
-                                              layer_count=self.layers if count is None else count)
-        pitch = request.grid.pitch
+        from ccslice.v1 import job_pb2, slice_pb2
+        request = slice_pb2.SliceRangeRequest(first_layer=first, layer_count=self.layers if count is None else count)
+        request.job.parts.add(mesh_id=self._mesh_id)
+        pitch = request.job.grid.pitch
         pitch.x_mm, pitch.y_mm = (size / columns for size in self._size_mm)
         pitch.z_mm = self.LAYER_MM
-        plane = request.planes.add(sample_type=slice_pb2.SAMPLE_TYPE_UINT8,
-                                   encoding=slice_pb2.PLANE_ENCODING_RAW_ZSTD)
+        plane = request.job.planes.add(sample_type=job_pb2.SAMPLE_TYPE_UINT8,
+                                       encoding=job_pb2.PLANE_ENCODING_RAW_ZSTD)
         plane.channel.name = self._channel
         return request
 

@@ -16,24 +16,24 @@
 namespace ccslice::bench {
 namespace {
 
-void ask_for_contone(const ChannelRange& channel, v1::SliceRangeRequest& request) {
-  request.add_planes()->mutable_occupancy();
-  v1::PlaneSpec& plane = *request.add_planes();
+void ask_for_contone(const ChannelRange& channel, v1::SliceJob& asked) {
+  asked.add_planes()->mutable_occupancy();
+  v1::PlaneSpec& plane = *asked.add_planes();
   plane.mutable_channel()->set_name(channel.name);
   plane.set_sample_type(v1::SAMPLE_TYPE_UINT8);
-  for (v1::PlaneSpec& each : *request.mutable_planes()) each.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
+  for (v1::PlaneSpec& each : *asked.mutable_planes()) each.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
 }
 
-void ask_for_materials(const ChannelRange& channel, v1::PlaneEncoding encoding, v1::SliceRangeRequest& request) {
-  v1::PlaneSpec& plane = *request.add_planes();
+void ask_for_materials(const ChannelRange& channel, v1::PlaneEncoding encoding, v1::SliceJob& asked) {
+  v1::PlaneSpec& plane = *asked.add_planes();
   plane.mutable_materials();
   plane.set_encoding(encoding);
-  v1::BlendMap& blend = *request.mutable_printing()->mutable_map()->mutable_blend();
+  v1::BlendMap& blend = *asked.mutable_printing()->mutable_map()->mutable_blend();
   blend.set_channel(channel.name);
   const std::array<std::pair<const char*, std::uint32_t>, 3> materials = {
       {{"soft", 0xff0000ff}, {"middle", 0x00ff00ff}, {"hard", 0x0000ffff}}};
   for (std::size_t i = 0; i < materials.size(); ++i) {
-    v1::PrintMaterial& material = *request.mutable_printing()->add_materials();
+    v1::PrintMaterial& material = *asked.mutable_printing()->add_materials();
     material.set_name(materials[i].first);
     material.set_rgba(materials[i].second);
     v1::BlendStop& stop = *blend.add_stops();
@@ -45,16 +45,17 @@ void ask_for_materials(const ChannelRange& channel, v1::PlaneEncoding encoding, 
 v1::SliceRangeRequest request_for(const PrinterJob& job, const std::string& mesh_id, const LayerRange& range,
                                   JobPictures pictures = JobPictures::kContone) {
   v1::SliceRangeRequest request;
-  request.set_mesh_id(mesh_id);
-  v1::VoxelPitch& pitch = *request.mutable_grid()->mutable_pitch();
+  v1::SliceJob& asked = *request.mutable_job();
+  asked.add_parts()->set_mesh_id(mesh_id);
+  v1::VoxelPitch& pitch = *asked.mutable_grid()->mutable_pitch();
   pitch.set_x_mm(job.job.grid.pitch.x_mm);
   pitch.set_y_mm(job.job.grid.pitch.y_mm);
   pitch.set_z_mm(job.job.grid.pitch.z_mm);
   const ChannelRange& channel = job.solid->summary().channels[0];
   switch (pictures) {
-    case JobPictures::kContone: ask_for_contone(channel, request); break;
-    case JobPictures::kIndexed: ask_for_materials(channel, v1::PLANE_ENCODING_PNG, request); break;
-    case JobPictures::kRgba: ask_for_materials(channel, v1::PLANE_ENCODING_PNG_RGBA, request); break;
+    case JobPictures::kContone: ask_for_contone(channel, asked); break;
+    case JobPictures::kIndexed: ask_for_materials(channel, v1::PLANE_ENCODING_PNG, asked); break;
+    case JobPictures::kRgba: ask_for_materials(channel, v1::PLANE_ENCODING_PNG_RGBA, asked); break;
   }
   request.set_first_layer(range.first);
   request.set_layer_count(range.count);

@@ -24,6 +24,7 @@
 #include "client/preview.h"
 #include "tests/client/fake_slicer.h"
 #include "tests/client/sample_calls.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::client {
 namespace {
@@ -93,7 +94,7 @@ TEST_F(Fleet, EachCallOfAMeshNamesItForProxies) {
   client.ensure_uploaded(mesh_);
   client.mesh_summary(mesh_->id());
   v1::PlanSlicesRequest plan;
-  plan.set_mesh_id(mesh_->id());
+  part_of(*plan.mutable_job()).set_mesh_id(mesh_->id());
   client.plan(plan);
   slice_all(client);
   client.probe(mesh_->id(), {}, {1, 2, 3});

@@ -123,12 +123,12 @@ TEST_F(ClientTest, GivesUpAfterSoManyAttemptsWithoutProgress) {
 TEST_F(ClientTest, DoesNotRetryWhatCannotHelp) {
   client_.ensure_uploaded(mesh_);
   server_.before_layer = [](std::uint32_t, grpc::ServerContext&) {
-    return failure(grpc::StatusCode::INVALID_ARGUMENT, "PITCH_INVALID", "grid.pitch.x_mm is 0");
+    return failure(grpc::StatusCode::INVALID_ARGUMENT, "PITCH_INVALID", "job.grid.pitch.x_mm is 0");
   };
   const ClientError error = error_of([&] { slice_all(some_request(mesh_->id())); });
   EXPECT_EQ(error.reason(), "PITCH_INVALID");
   EXPECT_EQ(error.metadata().at("field"), "somewhere");
-  EXPECT_STREQ(error.what(), "grid.pitch.x_mm is 0");
+  EXPECT_STREQ(error.what(), "job.grid.pitch.x_mm is 0");
   EXPECT_EQ(server_.slice_requests.size(), 1u);
 }
 

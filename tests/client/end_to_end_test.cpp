@@ -27,6 +27,7 @@
 #include "server/service/logging.h"
 #include "tests/client/cutting_proxy.h"
 #include "tests/client/local_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::client {
 namespace {
@@ -38,16 +39,16 @@ constexpr RetryPolicy kQuick{.max_attempts = 8, .first_pause = milliseconds(20),
 
 v1::SliceRangeRequest job(const std::string& mesh_id, double x_mm, double y_mm, double z_mm) {
   v1::SliceRangeRequest request;
-  request.set_mesh_id(mesh_id);
-  request.mutable_grid()->mutable_pitch()->set_x_mm(x_mm);
-  request.mutable_grid()->mutable_pitch()->set_y_mm(y_mm);
-  request.mutable_grid()->mutable_pitch()->set_z_mm(z_mm);
+  part_of(*request.mutable_job()).set_mesh_id(mesh_id);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(x_mm);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_y_mm(y_mm);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_z_mm(z_mm);
   return request;
 }
 
 void add_planes(v1::SliceRangeRequest& request, const std::string& channel) {
-  request.add_planes()->mutable_occupancy();
-  v1::PlaneSpec& plane = *request.add_planes();
+  request.mutable_job()->add_planes()->mutable_occupancy();
+  v1::PlaneSpec& plane = *request.mutable_job()->add_planes();
   plane.mutable_channel()->set_name(channel);
   plane.set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
 }
@@ -84,9 +85,7 @@ class EndToEnd : public testing::Test {
   }
   v1::PlanSlicesResponse plan(Client& client, const v1::SliceRangeRequest& request) {
     v1::PlanSlicesRequest plan;
-    plan.set_mesh_id(request.mesh_id());
-    *plan.mutable_placement() = request.placement();
-    *plan.mutable_grid() = request.grid();
+    *plan.mutable_job() = request.job();
     return client.plan(plan);
   }
   /// Everything a job delivers, layer by layer.
@@ -158,7 +157,8 @@ TEST_F(EndToEnd, ARotatedPlacementGivesTheRotatedPart) {
   v1::SliceRangeRequest request = job(upload(client, make_box()), 0.5, 0.5, 0.5);
   add_planes(request, "gradient");
   // Stands the box on its end: x becomes z.
-  *request.mutable_placement() = cli::parse_placement({.scale = "", .rotate = {"y=-90"}, .translate = "0,0,100"});
+  placement_of(*request.mutable_job()) =
+      cli::parse_placement({.scale = "", .rotate = {"y=-90"}, .translate = "0,0,100"});
   const v1::PlanSlicesResponse answer = plan(client, request);
   EXPECT_EQ(answer.grid().extent().columns(), 16u);
   EXPECT_EQ(answer.grid().extent().rows(), 32u);
@@ -175,10 +175,11 @@ TEST_F(EndToEnd, AnObliquePlacementKeepsVolumeAndGradient) {
   Client client({server_->address(), kQuick});
   v1::SliceRangeRequest request = job(upload(client, make_box()), 0.25, 0.25, 0.25);
   add_planes(request, "gradient");
-  *request.mutable_placement() = cli::parse_placement({.scale = "", .rotate = {"z=30", "x=40"}, .translate = ""});
+  placement_of(*request.mutable_job()) =
+      cli::parse_placement({.scale = "", .rotate = {"z=30", "x=40"}, .translate = ""});
   const v1::PlanSlicesResponse answer = plan(client, request);
   request.set_layer_count(answer.layer_count());
-  const auto& m = request.placement().matrix();
+  const auto& m = request.job().parts(0).placements(0).matrix();
   outcome_ = client.slice(request, [&](const v1::SliceHeader& header, const Layer& layer) {
     for_each_inside(header.grid(), layer, [&](double x, double y, double z, float value) {
       const double mesh_x = m[0] * x + m[4] * y + m[8] * z;  // The inverse of a rotation.
@@ -205,7 +206,7 @@ TEST_F(EndToEnd, AMeshThatTheServerLostIsUploadedAgain) {
   v1::SliceRangeRequest request = job(upload(client, make_box()), 0.5, 0.5, 0.5);
   add_planes(request, "gradient");
   request.set_layer_count(4);
-  EXPECT_TRUE(client.delete_mesh(request.mesh_id()));
+  EXPECT_TRUE(client.delete_mesh(request.job().parts(0).mesh_id()));
   EXPECT_EQ(bytes_of(client, request).size(), 4u);
   EXPECT_EQ(outcome_.reuploads, 1);
 }
@@ -216,7 +217,7 @@ TEST_F(EndToEnd, AServerThatRestartsInTheMiddleChangesNothing) {
   add_planes(request, "hardness");
   // Raw and 0.7 MB each, so that the layers to come don't all wait in the connection already when it breaks: gRPC lets
   // some MB go ahead of the reader.
-  for (v1::PlaneSpec& plane : *request.mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW);
+  for (v1::PlaneSpec& plane : *request.mutable_job()->mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW);
   request.set_layer_count(30);
   const std::vector<std::string> whole = bytes_of(client, request);
   const std::string address = server_->address();
@@ -263,7 +264,7 @@ TEST_F(EndToEnd, BrokenConnectionsChangeNothing) {
   Client direct({server_->address(), kQuick});
   v1::SliceRangeRequest request = job(upload(direct, make_ring()), 0.1, 0.2, 0.2);
   add_planes(request, "hardness");
-  for (v1::PlaneSpec& plane : *request.mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW);
+  for (v1::PlaneSpec& plane : *request.mutable_job()->mutable_planes()) plane.set_encoding(v1::PLANE_ENCODING_RAW);
   request.set_first_layer(10);
   request.set_layer_count(5);
   const std::vector<std::string> whole = bytes_of(direct, request);
@@ -298,11 +299,11 @@ TEST_F(EndToEnd, ReasonsOfRefusalsArrive) {
     return std::string("none");
   };
   EXPECT_EQ(reason_of(), "PITCH_INVALID");
-  request.mutable_grid()->mutable_pitch()->set_x_mm(0.5);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(0.5);
   request.set_layer_count(1000);
   EXPECT_EQ(reason_of(), "LAYER_RANGE_OUT_OF_BOUNDS");
   request.set_layer_count(1);
-  request.mutable_planes(1)->mutable_channel()->set_name("stiffness");
+  request.mutable_job()->mutable_planes(1)->mutable_channel()->set_name("stiffness");
   EXPECT_EQ(reason_of(), "CHANNEL_UNKNOWN");
 }
 

@@ -9,6 +9,7 @@
 
 #include <utility>
 
+#include "client/job.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 
@@ -231,8 +232,8 @@ v1::Grid FakeSlicer::grid_of(const v1::GridSpec& spec) const {
 grpc::Status FakeSlicer::PlanSlices(grpc::ServerContext* context, const v1::PlanSlicesRequest* request,
                                     v1::PlanSlicesResponse* response) {
   note("PlanSlices", *context);
-  if (!meshes.contains(request->mesh_id())) return mesh_missing(request->mesh_id());
-  *response->mutable_grid() = grid_of(request->grid());
+  if (!meshes.contains(mesh_id_of(request->job()))) return mesh_missing(mesh_id_of(request->job()));
+  *response->mutable_grid() = grid_of(request->job().grid());
   response->set_layer_count(kLayers);
   response->set_engine_version(engine_version);
   return answer(*response);
@@ -245,15 +246,15 @@ grpc::Status FakeSlicer::SliceRange(grpc::ServerContext* context, const v1::Slic
     const std::lock_guard lock(mutex_);
     slice_requests.push_back(*request);
   }
-  if (!meshes.contains(request->mesh_id())) return mesh_missing(request->mesh_id());
+  if (!meshes.contains(mesh_id_of(request->job()))) return mesh_missing(mesh_id_of(request->job()));
   v1::SliceRangeResponse message;
   v1::SliceHeader& header = *message.mutable_header();
   header.set_engine_version(engine_version);
-  header.set_mesh_id(request->mesh_id());
-  *header.mutable_grid() = grid_of(request->grid());
+  header.set_mesh_id(mesh_id_of(request->job()));
+  *header.mutable_grid() = grid_of(request->job().grid());
   header.set_first_layer(request->first_layer());
   header.set_layer_count(request->layer_count());
-  *header.mutable_planes() = request->planes();
+  *header.mutable_planes() = request->job().planes();
   const v1::SliceHeader sent = header;
   send(std::move(message), *writer);
   for (std::uint32_t layer = request->first_layer(); layer < request->first_layer() + request->layer_count(); ++layer) {

@@ -145,16 +145,25 @@ TEST(Help, ExamplesGoOnBeforeAnOptionAndProseIsFilled) {
 }
 
 TEST(OptionOfField, FieldsBecomeTheOptionsThatSetThem) {
-  EXPECT_EQ(option_of_field("grid.pitch.x_mm"), "--pitch");
+  EXPECT_EQ(option_of_field("job.grid.pitch.x_mm"), "--pitch");
+  EXPECT_EQ(option_of_field("plane.layer.job.grid.pitch.x_mm"), "--pitch");
+  EXPECT_EQ(option_of_field("grid.pitch.x_mm"), "--pitch") << "as other fields' messages have it";
+  EXPECT_EQ(option_of_field("job.parts[0].placements[0].matrix[3]"), "--rotate, --scale, --translate");
+  EXPECT_EQ(option_of_field("placement.matrix"), "--rotate, --scale, --translate");
+  EXPECT_EQ(option_of_field("job.tolerances.contour_mm"), "--tolerance");
+  EXPECT_EQ(option_of_field("job.tolerances.channel"), "--material-tolerance");
+  EXPECT_EQ(option_of_field("job.contours.by_cell_region"), "--contours-by-region");
+  EXPECT_EQ(option_of_field("job.parts"), "");
+  EXPECT_EQ(option_of_field("nojob.grid.pitch"), "");
   EXPECT_EQ(option_of_field("printer.name"), "--profile");
-  EXPECT_EQ(option_of_field("planes[12].channel.name"), "--channel");
+  EXPECT_EQ(option_of_field("job.planes[12].channel.name"), "--channel");
   EXPECT_EQ(option_of_field("planes[0].channels"), "--all-channels");
   EXPECT_EQ(option_of_field("printing.materials[3].rgba"), "--material");
   EXPECT_EQ(option_of_field("printing.cell_region_maps[0].map.blend"), "--map region:...");
   EXPECT_EQ(option_of_field("region.voxels"), "--region-voxels");
   EXPECT_EQ(option_of_field("regional"), "");
   EXPECT_EQ(option_of_field(""), "");
-  EXPECT_EQ(in_terms_of_options("grid.pitch.x_mm: -1 is wrong"), "--pitch: -1 is wrong");
+  EXPECT_EQ(in_terms_of_options("job.grid.pitch.x_mm: -1 is wrong"), "--pitch: -1 is wrong");
   EXPECT_EQ(in_terms_of_options("cells[3]: is wrong"), "cells[3]: is wrong");
   EXPECT_EQ(in_terms_of_options("no field at all"), "no field at all");
 }

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "client/client.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::client {
 
@@ -26,14 +27,14 @@ inline std::shared_ptr<const MeshBytes> some_mesh(int cells = 3) {
 inline v1::SliceRangeRequest some_request(const std::string& mesh_id, std::uint32_t first = 0,
                                           std::uint32_t count = 6) {
   v1::SliceRangeRequest request;
-  request.set_mesh_id(mesh_id);
-  request.mutable_grid()->mutable_pitch()->set_x_mm(0.1);
+  part_of(*request.mutable_job()).set_mesh_id(mesh_id);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(0.1);
   request.set_first_layer(first);
   request.set_layer_count(count);
   for (const auto& [type, encoding] : {std::pair(v1::SAMPLE_TYPE_BIT, v1::PLANE_ENCODING_RAW_ZSTD),
                                        std::pair(v1::SAMPLE_TYPE_UINT16, v1::PLANE_ENCODING_RAW),
                                        std::pair(v1::SAMPLE_TYPE_UINT8, v1::PLANE_ENCODING_PNG)}) {
-    v1::PlaneSpec& plane = *request.add_planes();
+    v1::PlaneSpec& plane = *request.mutable_job()->add_planes();
     plane.mutable_occupancy();
     plane.set_sample_type(type);
     plane.set_encoding(encoding);

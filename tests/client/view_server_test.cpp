@@ -208,7 +208,7 @@ TEST_F(View, GivesTheBoundaryAsTriangles) {
 }
 
 TEST_F(View, PlansGrids) {
-  const auto answer = post("/api/plan", R"({"grid":{"pitch":{"x_mm":0.5,"y_mm":0.5,"z_mm":0.25}}})");
+  const auto answer = post("/api/plan", R"({"job":{"grid":{"pitch":{"x_mm":0.5,"y_mm":0.5,"z_mm":0.25}}}})");
   ASSERT_EQ(answer->status, 200) << answer->body;
   EXPECT_EQ(json_at(answer->body, "grid.extent.columns").number_value(), 48);
   EXPECT_EQ(json_at(answer->body, "grid.extent.layers").number_value(), 32);
@@ -216,10 +216,11 @@ TEST_F(View, PlansGrids) {
 
 TEST_F(View, KeepsAPrintingThatIsAskedForAgain) {
   const auto halftone = [&](const std::string& colour) {
-    const std::string body = R"({"plane":{"layer":{"grid":{"pitch":{"x_mm":0.5,"y_mm":0.5,"z_mm":0.5}},"layer":3}},)"
-                             R"("content":{"halftone":{}},"printing":{"materials":[{"name":"a","rgba":)" +
+    const std::string body = R"({"content":{"halftone":{}},"plane":{"layer":{"layer":3,"job":{)"
+                             R"("grid":{"pitch":{"x_mm":0.5,"y_mm":0.5,"z_mm":0.5}},)"
+                             R"("printing":{"materials":[{"name":"a","rgba":)" +
                              colour + R"(},{"name":"b","rgba":65535}],"map":{"blend":{"channel":"gradient",)" +
-                             R"("stops":[{"value":0,"material":"a"},{"value":1,"material":"b"}]}}}})";
+                             R"("stops":[{"value":0,"material":"a"},{"value":1,"material":"b"}]}}}}}}})";
     const auto answer = post("/api/preview", body);
     EXPECT_EQ(answer->status, 200) << answer->body;
     return answer->body;
@@ -258,7 +259,9 @@ TEST_F(View, NamesWhatIsWrong) {
   expect(post("/api/boundary", R"({"chord_tolerance_mm":-1})"), 400, "TOLERANCE_INVALID");
   expect(post("/api/boundary?channel=nothing", "{}"), 400, "CHANNEL_UNKNOWN");
   expect(post("/api/boundary", "[]"), 400, "REQUEST_MALFORMED");
-  expect(post("/api/plan", R"({"grid":{"pitch":{"x_mm":0}}})"), 400, "PITCH_INVALID");
+  expect(post("/api/plan", R"({"job":{"grid":{"pitch":{"x_mm":0}}}})"), 400, "PITCH_INVALID");
+  expect(post("/api/plan", R"({"job":{"parts":[{"mesh_id":"ring"}]}})"), 400, "MESH_ID_INVALID");
+  expect(post("/api/preview", R"({"plane":{"layer":{"job":{"parts":[{},{}]}}}})"), 400, "TOO_MANY_PARTS");
   for (const std::size_t megabytes : {5, 100}) {
     // The answer may come, and the connection be closed, before all has been sent.
     const auto refused = post("/api/preview", std::string(megabytes << 20, ' '));

@@ -94,7 +94,7 @@ def check(got, ours):
     assert abs(got["probed"][0] - 0.5) < 1e-6, got["probed"]
     failure = got["failure"]
     assert failure["code"] == "INVALID_ARGUMENT" and failure["reason"] == "PITCH_INVALID", failure
-    assert failure["field"] == "grid.pitch.x_mm" and "x_mm" in failure["message"], failure
+    assert failure["field"] == "job.grid.pitch.x_mm" and "x_mm" in failure["message"], failure
 
 
 def main(language, ccsliced, ccslice):

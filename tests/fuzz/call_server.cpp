@@ -102,14 +102,28 @@ void check_parsed_size(const std::string& bytes, const MethodDescriptor& method)
   std::abort();
 }
 
+/// Gives the message the id, where it names a mesh itself, and the first part of its job, or of its layer's job.
+void set_mesh_id(Message& message, const std::string& mesh_id) {
+  const google::protobuf::Descriptor& type = *message.GetDescriptor();
+  const google::protobuf::Reflection& reflection = *message.GetReflection();
+  if (const auto* const field = type.FindFieldByName("mesh_id")) reflection.SetString(&message, field, mesh_id);
+  for (const char* const name : {"job", "plane", "layer"}) {
+    const auto* const field = type.FindFieldByName(name);
+    const bool holds_message = field != nullptr && field->message_type() != nullptr;
+    if (!holds_message || !reflection.HasField(message, field)) continue;
+    set_mesh_id(*reflection.MutableMessage(&message, field), mesh_id);
+  }
+  const auto* const parts = type.FindFieldByName("parts");
+  if (parts == nullptr || reflection.FieldSize(message, parts) == 0) return;
+  set_mesh_id(*reflection.MutableRepeatedMessage(&message, parts, 0), mesh_id);
+}
+
 /// The same message for the mesh with this id, if it is one that names a mesh.
 std::string with_mesh_id(const std::string& bytes, const MethodDescriptor& method, const std::string& mesh_id) {
-  const auto* const field = method.input_type()->FindFieldByName("mesh_id");
-  if (field == nullptr) return bytes;
   auto& factory = *google::protobuf::MessageFactory::generated_factory();
   const std::unique_ptr<Message> message(factory.GetPrototype(method.input_type())->New());
   if (!message->ParseFromString(bytes)) return bytes;
-  message->GetReflection()->SetString(message.get(), field, mesh_id);
+  set_mesh_id(*message, mesh_id);
   return message->SerializeAsString();
 }
 

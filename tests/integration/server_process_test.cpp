@@ -19,6 +19,7 @@
 #include "client/client.h"
 #include "tests/integration/running_server.h"
 #include "tests/server/test_meshes.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -32,13 +33,13 @@ using SteadyClock = std::chrono::steady_clock;
 /// Occupancy of a block of 10 mm, uncompressed.
 v1::SliceRangeRequest slice_request(const std::string& mesh_id, double pitch_mm, std::uint32_t layers) {
   v1::SliceRangeRequest request;
-  request.set_mesh_id(mesh_id);
-  request.mutable_grid()->mutable_pitch()->set_x_mm(pitch_mm);
-  request.mutable_grid()->mutable_pitch()->set_y_mm(pitch_mm);
-  request.mutable_grid()->mutable_pitch()->set_z_mm(pitch_mm);
+  part_of(*request.mutable_job()).set_mesh_id(mesh_id);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(pitch_mm);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_y_mm(pitch_mm);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_z_mm(pitch_mm);
   request.set_layer_count(layers);
-  request.add_planes()->mutable_occupancy();
-  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+  request.mutable_job()->add_planes()->mutable_occupancy();
+  request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
   return request;
 }
 
@@ -144,7 +145,7 @@ class KilledServers {
     address_ = server_->address();
     client::Client client({.address = address_});
     client.ensure_uploaded(mesh);
-    request.set_mesh_id(mesh->id());
+    part_of(*request.mutable_job()).set_mesh_id(mesh->id());
     std::vector<std::string> digests;
     client.slice(request, [&](const v1::SliceHeader&, const client::Layer& layer) {
       digests.push_back(client::sha256_of(layer.planes[0].encoded));
@@ -273,12 +274,12 @@ TEST(ServerProcess, LogsJsonLines) {
 TEST(ServerProcess, LetsNobodyForgeALineOfItsLog) {
   RunningServer server;
   v1::PlanSlicesRequest request;
-  request.set_mesh_id(server.upload(make_block(1, 10)));
-  request.mutable_grid()->mutable_pitch()->set_x_mm(1);
-  request.mutable_grid()->mutable_pitch()->set_y_mm(1);
-  request.mutable_grid()->mutable_pitch()->set_z_mm(1);
-  request.add_planes()->mutable_channel()->set_name("x\n2026-11-21 00:00:00.000 info: forged\x1b[2J" +
-                                                    std::string(5000, 'y'));
+  part_of(*request.mutable_job()).set_mesh_id(server.upload(make_block(1, 10)));
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(1);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_y_mm(1);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_z_mm(1);
+  request.mutable_job()->add_planes()->mutable_channel()->set_name("x\n2026-11-21 00:00:00.000 info: forged\x1b[2J" +
+                                                                   std::string(5000, 'y'));
   grpc::ClientContext context;
   v1::PlanSlicesResponse response;
   EXPECT_FALSE(server.stub().PlanSlices(&context, request, &response).ok());

@@ -21,7 +21,7 @@ using SteadyClock = std::chrono::steady_clock;
 /// Fine enough that a layer takes far longer than the limits tested.
 v1::SliceRangeRequest endless_request(const std::string& id) {
   v1::SliceRangeRequest request = slice_request(id, 0.002, 0, 2000);
-  v1::PlaneSpec& channel = *request.add_planes();
+  v1::PlaneSpec& channel = *request.mutable_job()->add_planes();
   channel.mutable_channel()->set_name("x");
   channel.set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
   return request;
@@ -95,7 +95,7 @@ TEST_F(Cancellation, AVanishedClientLeavesNothingBehind) {
 
 TEST_F(Cancellation, ASlowReaderHoldsABoundedWindowAndNoThread) {
   v1::SliceRangeRequest request = slice_request(id_, 0.005, 0, 1000);
-  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);  // 400 MB in all.
+  request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);  // 400 MB in all.
   const std::size_t before = resident_bytes();
   grpc::ClientContext context;
   const auto stub = server_.new_stub();
@@ -118,19 +118,19 @@ TEST_F(Cancellation, ASlowReaderHoldsABoundedWindowAndNoThread) {
 /// Of voxels of a shape that no other test has, so that its mask has to be made.
 v1::SliceRangeRequest halftoned_request(const std::string& id, double shape) {
   v1::SliceRangeRequest request = slice_request(id, 0.5, 0, 1);
-  request.mutable_grid()->mutable_pitch()->set_z_mm(0.5 * shape);
-  request.clear_planes();
-  request.add_planes()->mutable_materials();
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_z_mm(0.5 * shape);
+  request.mutable_job()->clear_planes();
+  request.mutable_job()->add_planes()->mutable_materials();
   for (const char* name : {"hard", "soft"}) {
-    v1::PrintMaterial& material = *request.mutable_printing()->add_materials();
+    v1::PrintMaterial& material = *request.mutable_job()->mutable_printing()->add_materials();
     material.set_name(name);
     material.set_rgba(name[0] == 'h' ? 0x101010ff : 0x202020ff);
-    v1::BlendStop& stop = *request.mutable_printing()->mutable_map()->mutable_blend()->add_stops();
+    v1::BlendStop& stop = *request.mutable_job()->mutable_printing()->mutable_map()->mutable_blend()->add_stops();
     stop.set_material(name);
     stop.set_value(name[0] == 'h' ? 0 : 1);
   }
-  request.mutable_printing()->mutable_map()->mutable_blend()->set_channel("x");
-  request.mutable_printing()->mutable_halftone()->set_method(v1::HALFTONE_METHOD_BLUE_NOISE);
+  request.mutable_job()->mutable_printing()->mutable_map()->mutable_blend()->set_channel("x");
+  request.mutable_job()->mutable_printing()->mutable_halftone()->set_method(v1::HALFTONE_METHOD_BLUE_NOISE);
   return request;
 }
 

@@ -9,6 +9,7 @@
 
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -32,9 +33,9 @@ class CellRegions : public ::testing::Test {
  protected:
   v1::SliceRangeRequest request_for(const v1::ControlMesh& mesh) {
     v1::SliceRangeRequest request = slice_request(server_.upload_good(mesh), 0.25, 0, 40);
-    request.clear_planes();
-    request.add_planes()->mutable_cell_regions();
-    request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+    request.mutable_job()->clear_planes();
+    request.mutable_job()->add_planes()->mutable_cell_regions();
+    request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
     return request;
   }
 
@@ -43,7 +44,7 @@ class CellRegions : public ::testing::Test {
 
 TEST_F(CellRegions, AreShownByTheirNumbersAndNamed) {
   v1::SliceRangeRequest request = request_for(halves());
-  request.mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_UINT8);
+  request.mutable_job()->mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_UINT8);
   const Sliced sliced = server_.slice(request);
   ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
   ASSERT_EQ(sliced.header.cell_region_names_size(), 2);
@@ -60,13 +61,13 @@ TEST_F(CellRegions, AreShownByTheirNumbersAndNamed) {
 TEST_F(CellRegions, TakeTheSmallestSampleTypeAndPictures) {
   v1::SliceRangeRequest request = request_for(halves());
   for (const v1::PlaneEncoding encoding : {v1::PLANE_ENCODING_PNG, v1::PLANE_ENCODING_PNG_RGBA}) {
-    request.mutable_planes(0)->set_encoding(encoding);
+    request.mutable_job()->mutable_planes(0)->set_encoding(encoding);
     const Sliced sliced = server_.slice(request);
     ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
     EXPECT_EQ(sliced.header.planes(0).sample_type(), v1::SAMPLE_TYPE_UINT2);
     EXPECT_TRUE(sliced.header.planes(0).has_cell_regions());
   }
-  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_TIFF);
+  request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_TIFF);
   EXPECT_EQ(server_.slice_failure(request).reason, "ENCODING_UNSUPPORTED");
 }
 
@@ -99,8 +100,8 @@ TEST_F(CellRegions, HaveContoursOfTheirOwn) {
     mesh.add_cell_regions(x < 5 ? 0 : 1);
   }
   v1::SliceRangeRequest request = request_for(mesh);
-  request.clear_planes();
-  request.set_contours_by_region(true);
+  request.mutable_job()->clear_planes();
+  request.mutable_job()->mutable_contours()->set_by_cell_region(true);
   request.set_first_layer(20);
   request.set_layer_count(1);
   grpc::ClientContext context;
@@ -129,10 +130,10 @@ TEST_F(CellRegions, HaveContoursOfTheirOwn) {
   EXPECT_GT(area_of[1], 25);
   EXPECT_NEAR(area_of[1], area_of[2], 1e-6);  // The box is symmetric.
 
-  request.set_mesh_id(server_.upload_good(make_box(4, 10)));
+  part_of(*request.mutable_job()).set_mesh_id(server_.upload_good(make_box(4, 10)));
   const Failure failure = server_.slice_failure(request);
   EXPECT_EQ(failure.reason, "CELL_REGIONS_MISSING");
-  EXPECT_EQ(failure.field, "contours_by_region");
+  EXPECT_EQ(failure.field, "job.contours.by_cell_region");
 }
 
 v1::CellRegionMap map_of(const std::string& region, const std::string& material) {
@@ -154,11 +155,11 @@ v1::Printing soft_and_hard() {
 
 TEST_F(CellRegions, ArePrintedByTheirOwnMaps) {
   v1::SliceRangeRequest request = request_for(halves());
-  *request.mutable_printing() = soft_and_hard();
-  *request.mutable_printing()->add_cell_region_maps() = map_of("shell", "soft");
-  *request.mutable_printing()->add_cell_region_maps() = map_of("core", "hard");
-  request.add_planes()->mutable_materials();
-  for (v1::PlaneSpec& plane : *request.mutable_planes()) {
+  *request.mutable_job()->mutable_printing() = soft_and_hard();
+  *request.mutable_job()->mutable_printing()->add_cell_region_maps() = map_of("shell", "soft");
+  *request.mutable_job()->mutable_printing()->add_cell_region_maps() = map_of("core", "hard");
+  request.mutable_job()->add_planes()->mutable_materials();
+  for (v1::PlaneSpec& plane : *request.mutable_job()->mutable_planes()) {
     plane.set_sample_type(v1::SAMPLE_TYPE_UINT8);
     plane.set_encoding(v1::PLANE_ENCODING_RAW);
   }
@@ -178,25 +179,25 @@ TEST_F(CellRegions, ArePrintedByTheirOwnMaps) {
 
 TEST_F(CellRegions, ThatNobodyKnowsHaveNoMaps) {
   v1::SliceRangeRequest request = request_for(halves());
-  *request.mutable_printing() = soft_and_hard();
-  *request.mutable_printing()->add_cell_region_maps() = map_of("shelf", "soft");
-  request.add_planes()->mutable_materials();
+  *request.mutable_job()->mutable_printing() = soft_and_hard();
+  *request.mutable_job()->mutable_printing()->add_cell_region_maps() = map_of("shelf", "soft");
+  request.mutable_job()->add_planes()->mutable_materials();
   const Failure unknown = server_.slice_failure(request);
   EXPECT_EQ(unknown.reason, "CELL_REGION_UNKNOWN");
-  EXPECT_EQ(unknown.field, "printing.cell_region_maps[0].cell_region");
-  *request.mutable_printing()->mutable_cell_region_maps(0) = map_of("Shell", "soft");
+  EXPECT_EQ(unknown.field, "job.printing.cell_region_maps[0].cell_region");
+  *request.mutable_job()->mutable_printing()->mutable_cell_region_maps(0) = map_of("Shell", "soft");
   EXPECT_THAT(server_.slice_failure(request).message, testing::HasSubstr("; did you mean \"shell\"?"));
-  *request.mutable_printing()->mutable_cell_region_maps(0) = map_of("shell", "soft");
+  *request.mutable_job()->mutable_printing()->mutable_cell_region_maps(0) = map_of("shell", "soft");
   const Failure unmapped = server_.slice_failure(request);
   EXPECT_EQ(unmapped.reason, "MATERIAL_MAP_MISSING");
-  EXPECT_EQ(unmapped.field, "printing.map");
+  EXPECT_EQ(unmapped.field, "job.printing.map");
 }
 
 TEST_F(CellRegions, AreMissedWhereThereAreNone) {
   const Failure failure = server_.slice_failure(request_for(make_box(2, 10)));
   EXPECT_EQ(failure.code, grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(failure.reason, "CELL_REGIONS_MISSING");
-  EXPECT_EQ(failure.field, "planes[0].cell_regions");
+  EXPECT_EQ(failure.field, "job.planes[0].cell_regions");
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "core/vertex_fit/vertex_fit.h"
 #include "tests/server/plan_slices_fixture.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -21,8 +22,9 @@ TEST_F(PlanSlices, TellsHowFarThePlacedPartIsFromItsControlMesh) {
   EXPECT_NEAR(response_.deviation().control_volume_mm3(), 1000, 1e-9);
   EXPECT_NEAR(response_.deviation().limit_volume_mm3(), 1000, 1e-9);
   EXPECT_NEAR(response_.deviation().farthest_distance_mm(), 0, 1e-12);
-  request_.set_mesh_id(server_.upload_good(make_block(2, 10)));
-  for (const double number : {2, 0, 0, 100, 0, -2, 0, 0, 0, 0, 2, 0}) request_.mutable_placement()->add_matrix(number);
+  part_of(*request_.mutable_job()).set_mesh_id(server_.upload_good(make_block(2, 10)));
+  for (const double number : {2, 0, 0, 100, 0, -2, 0, 0, 0, 0, 2, 0})
+    placement_of(*request_.mutable_job()).add_matrix(number);
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
   const v1::LimitDeviation& deviation = response_.deviation();
   EXPECT_NEAR(deviation.control_volume_mm3(), 8000, 1e-9);
@@ -43,7 +45,7 @@ TEST_F(PlanSlices, TellsHowFarThePlacedPartIsFromItsControlMesh) {
 TEST_F(PlanSlices, ComparesInterpolatingMeshesWithWhatTheyInterpolate) {
   v1::ControlMesh mesh = make_block(2, 10);
   mesh.set_interpolating(true);
-  request_.set_mesh_id(server_.upload_good(mesh));
+  part_of(*request_.mutable_job()).set_mesh_id(server_.upload_good(mesh));
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
   const v1::LimitDeviation& deviation = response_.deviation();
   EXPECT_TRUE(deviation.interpolating());
@@ -63,7 +65,7 @@ TEST_F(PlanSlices, ComparesInterpolatingMeshesWithWhatTheyInterpolate) {
 TEST_F(PlanSlices, TakesItThatFittedPartsHoldMoreThanTheirFlatFaces) {
   v1::ControlMesh mesh = make_block(6, 10);
   mesh.set_interpolating(true);
-  request_.set_mesh_id(server_.upload_good(mesh));
+  part_of(*request_.mutable_job()).set_mesh_id(server_.upload_good(mesh));
   EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
   const v1::LimitDeviation& deviation = response_.deviation();
   EXPECT_GT(deviation.limit_volume_mm3(), 1.005 * deviation.control_volume_mm3());
@@ -92,8 +94,9 @@ v1::ControlMesh fitted_block(std::uint32_t n, double size_mm) {
 
 // A box whose edges should have been sharp: what it holds more bulges out of its faces, few per cent though it is.
 TEST_F(PlanSlices, WarnsOfEdgesThatAFitRounded) {
-  request_.set_mesh_id(server_.upload_good(fitted_block(6, 12)));
-  for (const double number : {2, 0, 0, 100, 0, 2, 0, 0, 0, 0, 2, 0}) request_.mutable_placement()->add_matrix(number);
+  part_of(*request_.mutable_job()).set_mesh_id(server_.upload_good(fitted_block(6, 12)));
+  for (const double number : {2, 0, 0, 100, 0, 2, 0, 0, 0, 0, 2, 0})
+    placement_of(*request_.mutable_job()).add_matrix(number);
   ASSERT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
   const v1::LimitDeviation& deviation = response_.deviation();
   EXPECT_NEAR(deviation.control_volume_mm3(), 8 * 12 * 12 * 12, 1e-6);
@@ -131,9 +134,9 @@ TEST_F(PlanSlices, WarnsOfCellRegionsThatChange) {
     };
     mesh.add_cell_regions(inside(0) && inside(1) && inside(2) ? 0 : 1);
   }
-  request_.set_mesh_id(server_.upload_good(mesh));
+  part_of(*request_.mutable_job()).set_mesh_id(server_.upload_good(mesh));
   for (const auto set : {&v1::VoxelPitch::set_x_mm, &v1::VoxelPitch::set_y_mm, &v1::VoxelPitch::set_z_mm}) {
-    (request_.mutable_grid()->mutable_pitch()->*set)(1);
+    (request_.mutable_job()->mutable_grid()->mutable_pitch()->*set)(1);
   }
   const auto of_regions = [](const v1::PlanWarning& warning) { return warning.message().starts_with("cell region"); };
   ASSERT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
@@ -155,7 +158,7 @@ TEST_F(PlanSlices, WarnsOfCellRegionsThatChange) {
       << "its corners move by more than two voxels";
   EXPECT_TRUE(response_.deviation().farthest_on_interface());
   for (int cell = 0; cell < 64; ++cell) mesh.set_cell_regions(cell, 1);
-  request_.set_mesh_id(server_.upload_good(mesh));
+  part_of(*request_.mutable_job()).set_mesh_id(server_.upload_good(mesh));
   EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION)) << "one region is the whole";
 }
 
@@ -171,7 +174,7 @@ TEST_F(PlanSlices, SaysOnceThatTheWholeAndItsCellRegionsChangeAlike) {
     return middle;
   };
   for (int cell = 0; cell < 8; ++cell) mesh.add_cell_regions(middle_x(cell) < 5 ? 0 : 1);
-  request_.set_mesh_id(server_.upload_good(mesh));
+  part_of(*request_.mutable_job()).set_mesh_id(server_.upload_good(mesh));
   request_.set_smallest_feature_mm(0);
   ASSERT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
   EXPECT_EQ(response_.warnings_size(), 1) << response_.DebugString();
@@ -184,8 +187,8 @@ TEST_F(PlanSlices, WarnsOfVerticesThatAFitMissed) {
   mesh.set_interpolating(true);
   mesh.add_missed_vertices(0);
   for (const double number : {-0.25, 0., 0.}) mesh.add_missed_positions_mm(number);
-  request_.set_mesh_id(server_.upload_good(mesh));
-  request_.mutable_grid()->mutable_pitch()->set_x_mm(0.51);
+  part_of(*request_.mutable_job()).set_mesh_id(server_.upload_good(mesh));
+  request_.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(0.51);
   EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
   const v1::LimitDeviation& deviation = response_.deviation();
   EXPECT_EQ(deviation.farthest_vertex(), 0u);
@@ -193,7 +196,7 @@ TEST_F(PlanSlices, WarnsOfVerticesThatAFitMissed) {
   EXPECT_NEAR(deviation.farthest_distance_mm(), 0.25, 1e-12);
   EXPECT_NEAR(deviation.limit_volume_mm3(), 1000, 1e-9);
   EXPECT_NEAR(deviation.control_volume_mm3(), 1000 + 0.25 * 25 / 4, 1e-9) << "a face of 5 mm bulges";
-  request_.mutable_grid()->mutable_pitch()->set_x_mm(0.49);
+  request_.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(0.49);
   ASSERT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
   const auto& warnings = response_.warnings();
   const auto found = std::ranges::find(warnings, v1::PLAN_WARNING_KIND_DEVIATION, &v1::PlanWarning::kind);
@@ -211,10 +214,10 @@ TEST_F(PlanSlices, WarnsOfTheVertexThatThePlanNamesUnlessVoxelsHideIt) {
   mesh.set_interpolating(true);
   for (const std::uint32_t corner : {0u, 26u}) mesh.add_missed_vertices(corner);
   for (const double number : {-3., 0., 0., 10., 10., 10.3}) mesh.add_missed_positions_mm(number);
-  request_.set_mesh_id(server_.upload_good(mesh));
-  request_.mutable_grid()->mutable_pitch()->set_z_mm(0.1);
+  part_of(*request_.mutable_job()).set_mesh_id(server_.upload_good(mesh));
+  request_.mutable_job()->mutable_grid()->mutable_pitch()->set_z_mm(0.1);
   const auto told = [&](double x_mm) {
-    request_.mutable_grid()->mutable_pitch()->set_x_mm(x_mm);
+    request_.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(x_mm);
     EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
     EXPECT_EQ(response_.deviation().farthest_vertex(), 0u);
     const auto& warnings = response_.warnings();
@@ -228,11 +231,11 @@ TEST_F(PlanSlices, WarnsOfTheVertexThatThePlanNamesUnlessVoxelsHideIt) {
 
 // Smooth cubes of cells of 0.5 mm: their volume is within 0.5 %, and their corners move by 0.217 mm.
 TEST_F(PlanSlices, WarnsOfVerticesThatMoveByMoreThanHalfAVoxel) {
-  request_.set_mesh_id(server_.upload_good(make_block(20, 10)));
+  part_of(*request_.mutable_job()).set_mesh_id(server_.upload_good(make_block(20, 10)));
   const auto set_pitch = [&](double x, double y, double z) {
-    request_.mutable_grid()->mutable_pitch()->set_x_mm(x);
-    request_.mutable_grid()->mutable_pitch()->set_y_mm(y);
-    request_.mutable_grid()->mutable_pitch()->set_z_mm(z);
+    request_.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(x);
+    request_.mutable_job()->mutable_grid()->mutable_pitch()->set_y_mm(y);
+    request_.mutable_job()->mutable_grid()->mutable_pitch()->set_z_mm(z);
   };
   set_pitch(0.44, 0.44, 0.44);
   EXPECT_FALSE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));
@@ -244,14 +247,14 @@ TEST_F(PlanSlices, WarnsOfVerticesThatMoveByMoreThanHalfAVoxel) {
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION)) << "layers count as well";
   set_pitch(0.44, 0.44, 0.44);
   for (const double number : {1., 0., 0., 0., 0., 1.5, 0., 0., 0., 0., 1., 0.})
-    request_.mutable_placement()->add_matrix(number);
+    placement_of(*request_.mutable_job()).add_matrix(number);
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION)) << "so does the placement";
 }
 
 TEST_F(PlanSlices, WarnsOfVolumesThatDifferWhateverThePitch) {
-  request_.set_mesh_id(server_.upload_good(make_block(2, 10)));
+  part_of(*request_.mutable_job()).set_mesh_id(server_.upload_good(make_block(2, 10)));
   for (const auto set : {&v1::VoxelPitch::set_x_mm, &v1::VoxelPitch::set_y_mm, &v1::VoxelPitch::set_z_mm}) {
-    (request_.mutable_grid()->mutable_pitch()->*set)(9);
+    (request_.mutable_job()->mutable_grid()->mutable_pitch()->*set)(9);
   }
   request_.set_smallest_feature_mm(0);
   EXPECT_TRUE(warns_of(v1::PLAN_WARNING_KIND_DEVIATION));

@@ -13,6 +13,7 @@
 #include "server/service/mesh_id.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -42,9 +43,9 @@ class ErrorSize : public ::testing::Test {
 
   v1::PlanSlicesRequest plan_of(const std::string& mesh_id, const std::string& channel) {
     v1::PlanSlicesRequest request;
-    request.set_mesh_id(mesh_id);
-    *request.mutable_grid() = slice_request(mesh_id, 1, 0, 1).grid();
-    request.add_planes()->mutable_channel()->set_name(channel);
+    part_of(*request.mutable_job()).set_mesh_id(mesh_id);
+    *request.mutable_job()->mutable_grid() = slice_request(mesh_id, 1, 0, 1).job().grid();
+    request.mutable_job()->add_planes()->mutable_channel()->set_name(channel);
     return request;
   }
 
@@ -76,7 +77,7 @@ TEST_F(ErrorSize, UnknownChannelsWithLongNames) {
   for (const std::string& name : {std::string(kMegabyte, 'x'), std::string(kMegabyte, '\n'), euros(kMegabyte)}) {
     expect(plan(plan_of(id, name)), "CHANNEL_UNKNOWN");
     v1::SliceRangeRequest slice = slice_request(id, 1, 0, 1);
-    slice.mutable_planes(0)->mutable_channel()->set_name(name);
+    slice.mutable_job()->mutable_planes(0)->mutable_channel()->set_name(name);
     expect(server_.slice(slice).status, "CHANNEL_UNKNOWN");
   }
 }

@@ -12,6 +12,7 @@
 
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -59,8 +60,8 @@ TEST_F(FairShares, PlansAreMadeAtOnce) {
   grpc::ClientContext context;
   bound(context, 10s);
   v1::PlanSlicesRequest request;
-  request.set_mesh_id(id_);
-  *request.mutable_grid() = slice_request(id_, 0.1, 0, 1).grid();
+  part_of(*request.mutable_job()).set_mesh_id(id_);
+  *request.mutable_job()->mutable_grid() = slice_request(id_, 0.1, 0, 1).job().grid();
   v1::PlanSlicesResponse response;
   const grpc::Status status = server_.stub().PlanSlices(&context, request, &response);
   EXPECT_TRUE(status.ok()) << status.error_message();

@@ -57,7 +57,7 @@ class GivingWay : public ::testing::Test {
 
   void SetUp() override {
     request_ = slice_request(server_.upload_good(make_block(2, 10)), 0.01, 50, 400);
-    request_.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+    request_.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
     whole_ = begin_range();
     whole_->read_all();
     ASSERT_TRUE(whole_->status.ok());

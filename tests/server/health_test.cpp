@@ -12,6 +12,7 @@
 #include "server/rpc/health_client.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -34,7 +35,7 @@ TEST(Drain, ServesWhatRunsRefusesWhatComesAndSaysSoToHealthChecks) {
   const std::string id = server.upload_good(make_block(2, 10));
   grpc::ClientContext context;
   v1::SliceRangeRequest request = slice_request(id, 0.01, 0, 200);
-  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);  // 25 MB: more than goes out unread.
+  request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);  // 25 MB: more than goes out unread.
   const auto reader = server.stub().SliceRange(&context, request);
   v1::SliceRangeResponse message;
   ASSERT_TRUE(reader->Read(&message));
@@ -66,7 +67,7 @@ TEST(Drain, CutsOffWhatOutlastsTheGraceAndSaysWhy) {
   const std::string id = server.upload_good(make_block(2, 10));
   Sliced sliced;
   v1::SliceRangeRequest request = slice_request(id, 0.005, 0, 100'000);  // Longer than the grace, however fast.
-  request.mutable_grid()->mutable_pitch()->set_z_mm(1e-4);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_z_mm(1e-4);
   std::thread client([&] { sliced = server.slice(request); });
   EXPECT_TRUE(eventually([&] { return server.server().state().admission.running() == 1; }, 5s));
   std::this_thread::sleep_for(100ms);
@@ -121,7 +122,7 @@ TEST(Drain, CancelsClientsThatDontRead) {
   const std::string id = server.upload_good(make_block(2, 10));
   grpc::ClientContext context;
   v1::SliceRangeRequest request = slice_request(id, 0.005, 0, 100'000);  // Longer than the grace, however fast.
-  request.mutable_grid()->mutable_pitch()->set_z_mm(1e-4);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_z_mm(1e-4);
   const auto reader = server.stub().SliceRange(&context, request);
   v1::SliceRangeResponse message;
   ASSERT_TRUE(reader->Read(&message));
@@ -138,7 +139,7 @@ TEST(Drain, RefusesPlansToo) {
   const std::string id = server.upload_good(make_block(1, 10));
   server.server().state().calls.drain();
   v1::PlanSlicesRequest request;
-  request.set_mesh_id(id);
+  part_of(*request.mutable_job()).set_mesh_id(id);
   grpc::ClientContext context;
   v1::PlanSlicesResponse response;
   EXPECT_EQ(failure_of(server.stub().PlanSlices(&context, request, &response)).reason, "SERVER_DRAINING");

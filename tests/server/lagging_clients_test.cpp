@@ -37,7 +37,7 @@ class LaggingClients : public ::testing::Test {
   /// Far more than the transport holds.
   v1::SliceRangeRequest request(std::uint32_t layers) {
     v1::SliceRangeRequest request = slice_request(id_, 0.01, 50, layers);
-    request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+    request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
     return request;
   }
   std::unique_ptr<RangeReader> call(const v1::SliceRangeRequest& request) {

@@ -164,20 +164,14 @@ class CrampedPreview : public Preview {
 };
 
 TEST_F(CrampedPreview, TakesMemoryForTheRegionOfALayerAndNotForAllOfIt) {
-  v1::PreviewRequest asked = request(1);
-  v1::PreviewLayer& layer = *asked.mutable_plane()->mutable_layer();
-  v1::VoxelPitch& pitch = *layer.mutable_grid()->mutable_pitch();
-  pitch.set_x_mm(0.002);
-  pitch.set_y_mm(0.002);
-  pitch.set_z_mm(0.1);
-  v1::VoxelRegion& voxels = *layer.mutable_region()->mutable_voxels();
+  v1::PreviewRequest asked = layer_request(1, 0.002, 0);
+  v1::SliceJob& job = *asked.mutable_plane()->mutable_layer()->mutable_job();
+  job.mutable_grid()->mutable_pitch()->set_z_mm(0.1);
+  v1::VoxelBox& voxels = *job.mutable_region()->mutable_voxels();
   voxels.set_first_column(100);
   voxels.mutable_extent()->set_columns(64);
   voxels.mutable_extent()->set_rows(64);
   voxels.mutable_extent()->set_layers(1);
-  layer.set_layer(0);
-  asked.clear_width();
-  asked.clear_height();
   EXPECT_EQ(shown({asked}).back().header.width(), 64u);
 }
 

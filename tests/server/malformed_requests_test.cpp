@@ -67,8 +67,15 @@ class MalformedRequests : public testing::Test {
   TestServer server_;
 };
 
-/// 2 MiB, less a bit, of empty planes.
-std::string growing_request() { return repeated("\x32\0"sv, (kMaxJobRequestBytes - 4096) / 2); }
+/// A field of so many bytes, below 128. `tag`: its number and wire type, as they travel.
+std::string field(char tag, const std::string& bytes) { return tag + std::string(1, char(bytes.size())) + bytes; }
+
+/// 2 MiB, less a bit, of a job of empty planes.
+std::string growing_request() {
+  v1::SliceRangeRequest request;
+  for (std::size_t i = 0; i < (kMaxJobRequestBytes - 4096) / 2; ++i) request.mutable_job()->add_planes();
+  return request.SerializeAsString();
+}
 
 TEST_F(MalformedRequests, EndEveryCallWithTheirReason) {
   for (const char* const method : kMethods) {
@@ -138,7 +145,7 @@ TEST_F(MalformedRequests, AreRefusedWhereTheyGrowTooMuch) {
     expect(call(method, {repeated("\x7b\x7c", 8'000)}), 0, "BATCH_TOO_LARGE");
   }
   expect(call("SliceRange", {growing_request()}), 0, "BATCH_TOO_LARGE");
-  expect(call("PlanSlices", {repeated("\x22\0"sv, 500'000)}), 0, "BATCH_TOO_LARGE");
+  expect(call("PlanSlices", {growing_request()}), 0, "BATCH_TOO_LARGE");
 }
 
 TEST_F(MalformedRequests, ThatGrowKeepNobodyElseFromSlicing) {
@@ -165,7 +172,7 @@ TEST_F(MalformedRequests, AreNotTheLargestJobsThereAre) {
   const auto expect_parsed = [&](std::size_t least_bytes, const std::function<void(v1::MaterialMap&)>& fill) {
     v1::SliceRangeRequest request = slice_request(id, 1, 0, 1);
     for (int region = 0; region < 255; ++region) {
-      v1::CellRegionMap& map = *request.mutable_printing()->add_cell_region_maps();
+      v1::CellRegionMap& map = *request.mutable_job()->mutable_printing()->add_cell_region_maps();
       map.set_cell_region("region " + std::to_string(region) + std::string(240, 'r'));
       fill(*map.mutable_map());
     }
@@ -195,6 +202,54 @@ TEST_F(MalformedRequests, AreNotTheLargestJobsThereAre) {
       share.set_material(name);
     }
   });
+}
+
+/// Requests as they were before there was a SliceJob, byte by byte.
+class OldRequests : public MalformedRequests {
+ protected:
+  void expect(const std::string& method, const std::string& bytes, const std::string& reason,
+              const std::string& path = "") {
+    const End end = call(method, {bytes});
+    MalformedRequests::expect(end, 0, reason);
+    EXPECT_EQ(end.failure.field, path) << end.failure.message;
+  }
+
+  const std::string one_ = std::string("\0\0\0\0\0\0\xf0\x3f", 8);  // A double.
+  const std::string pitch_ = "\x09" + one_ + "\x11" + one_ + "\x19" + one_;
+  const std::string grid_ = field('\x0a', pitch_);
+  const std::string id_ = server_.upload_good(make_block(1, 10));
+};
+
+TEST_F(OldRequests, OfJobsAreRefused) {
+  const std::string occupancy("\x0a\0", 2);
+  const std::string mesh = field('\x0a', id_), grid = field('\x1a', grid_);
+  // Mesh, grid, layer_count, planes; and mesh, grid, planes.
+  expect("SliceRange", mesh + grid + "\x28\x01" + field('\x32', occupancy), "REQUEST_MALFORMED");
+  expect("PlanSlices", mesh + grid + field('\x22', occupancy), "REQUEST_MALFORMED");
+  expect("SliceRange", grid + "\x28\x01" + field('\x32', occupancy), "REQUEST_UNKNOWN_FIELD", "3");
+  expect("PlanSlices", grid, "REQUEST_UNKNOWN_FIELD", "3");
+  expect("PlanSlices", "", "PARTS_MISSING", "job.parts");
+}
+
+TEST_F(OldRequests, OfJobsNeverParseWhateverTheirMesh) {
+  for (int i = 0; i < 1000; ++i) {
+    const std::string id = mesh_id_of(std::to_string(i));
+    EXPECT_FALSE(v1::SliceJob().ParseFromString(id)) << id;
+  }
+}
+
+TEST_F(OldRequests, OfLayersToBeShownAreRefused) {
+  const auto request = [&](const std::string& layer) {
+    const std::string plane = field('\x12', layer), occupancy("\x0a\0", 2);
+    return "\x08\x01" + field('\x12', id_) + field('\x22', plane) + field('\x3a', occupancy);
+  };
+  const std::string origin = field('\x12', pitch_), printer = field('\x12', field('\x0a', "j750-hq"));
+  // Grid and layer; a grid without a pitch; a printer instead; nothing of these.
+  expect("Preview", request(field('\x0a', grid_) + "\x18\x02"), "REQUEST_UNKNOWN_FIELD", "plane.layer.3");
+  expect("Preview", request(field('\x0a', grid_)), "REQUEST_UNKNOWN_FIELD", "plane.layer.job.parts[0].1");
+  expect("Preview", request(field('\x0a', origin)), "REQUEST_UNKNOWN_FIELD", "plane.layer.job.grid.1");
+  expect("Preview", request(printer), "REQUEST_UNKNOWN_FIELD", "plane.layer.2");
+  expect("Preview", request(""), "PARTS_MISSING", "plane.layer.job.parts");
 }
 
 }  // namespace

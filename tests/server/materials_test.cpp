@@ -8,6 +8,7 @@
 
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -16,10 +17,10 @@ namespace {
 class Materials : public ::testing::Test {
  protected:
   Materials() {
-    request_.clear_planes();
-    request_.add_planes()->mutable_materials();
-    request_.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
-    v1::Printing& printing = *request_.mutable_printing();
+    request_.mutable_job()->clear_planes();
+    request_.mutable_job()->add_planes()->mutable_materials();
+    request_.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+    v1::Printing& printing = *request_.mutable_job()->mutable_printing();
     add_material("soft", 0xff0000ff);
     add_material("hard", 0x00ff00ff);
     v1::BlendMap& blend = *printing.mutable_map()->mutable_blend();
@@ -29,11 +30,11 @@ class Materials : public ::testing::Test {
   }
 
   void add_material(const std::string& name, std::uint32_t rgba) {
-    v1::PrintMaterial& material = *request_.mutable_printing()->add_materials();
+    v1::PrintMaterial& material = *request_.mutable_job()->mutable_printing()->add_materials();
     material.set_name(name);
     material.set_rgba(rgba);
   }
-  v1::BlendMap& blend() { return *request_.mutable_printing()->mutable_map()->mutable_blend(); }
+  v1::BlendMap& blend() { return *request_.mutable_job()->mutable_printing()->mutable_map()->mutable_blend(); }
   void add_stop(double value, const std::string& material) {
     v1::BlendStop& stop = *blend().add_stops();
     stop.set_value(value);
@@ -70,10 +71,10 @@ TEST_F(Materials, AreCountedAndAddUpToTheOccupancy) {
 
 TEST_F(Materials, OfValuesOffTheMapAreWarnedOf) {
   v1::PlanSlicesRequest request;
-  request.set_mesh_id(request_.mesh_id());
-  *request.mutable_grid() = request_.grid();
-  *request.mutable_planes() = request_.planes();
-  *request.mutable_printing() = request_.printing();
+  part_of(*request.mutable_job()).set_mesh_id(request_.job().parts(0).mesh_id());
+  *request.mutable_job()->mutable_grid() = request_.job().grid();
+  *request.mutable_job()->mutable_planes() = request_.job().planes();
+  *request.mutable_job()->mutable_printing() = request_.job().printing();
   const auto warnings = [&] {
     grpc::ClientContext context;
     v1::PlanSlicesResponse plan;
@@ -85,7 +86,7 @@ TEST_F(Materials, OfValuesOffTheMapAreWarnedOf) {
     return text;
   };
   EXPECT_EQ(warnings(), "");
-  for (auto& stop : *request.mutable_printing()->mutable_map()->mutable_blend()->mutable_stops()) {
+  for (auto& stop : *request.mutable_job()->mutable_printing()->mutable_map()->mutable_blend()->mutable_stops()) {
     stop.set_value(stop.value() / 100);
   }
   EXPECT_THAT(warnings(),
@@ -95,15 +96,15 @@ TEST_F(Materials, OfValuesOffTheMapAreWarnedOf) {
 
 // The channel goes from 0 to 10, so the fraction from 0 to 10: below 1 in a tenth of the part.
 TEST_F(Materials, OfFractionsBelowOneAreWarnedOfAndCounted) {
-  const std::string channel = request_.printing().map().blend().channel();
-  v1::DirectShare& share = *request_.mutable_printing()->mutable_map()->mutable_direct()->add_shares();
+  const std::string channel = request_.job().printing().map().blend().channel();
+  v1::DirectShare& share = *request_.mutable_job()->mutable_printing()->mutable_map()->mutable_direct()->add_shares();
   share.set_channel(channel);
   share.set_material("hard");
   v1::PlanSlicesRequest request;
-  request.set_mesh_id(request_.mesh_id());
-  *request.mutable_grid() = request_.grid();
-  *request.mutable_planes() = request_.planes();
-  *request.mutable_printing() = request_.printing();
+  part_of(*request.mutable_job()).set_mesh_id(request_.job().parts(0).mesh_id());
+  *request.mutable_job()->mutable_grid() = request_.job().grid();
+  *request.mutable_job()->mutable_planes() = request_.job().planes();
+  *request.mutable_job()->mutable_printing() = request_.job().printing();
   grpc::ClientContext context;
   v1::PlanSlicesResponse plan;
   ASSERT_TRUE(server_.stub().PlanSlices(&context, request, &plan).ok());
@@ -129,7 +130,7 @@ TEST_F(Materials, OfFractionsBelowOneAreWarnedOfAndCounted) {
 }
 
 TEST_F(Materials, HaveMasks) {
-  request_.add_planes()->mutable_material_mask()->set_material("hard");
+  request_.mutable_job()->add_planes()->mutable_material_mask()->set_material("hard");
   const Sliced sliced = server_.slice(request_);
   ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
   EXPECT_EQ(sliced.header.planes(1).material_mask().material(), "hard");
@@ -139,49 +140,49 @@ TEST_F(Materials, HaveMasks) {
 TEST_F(Materials, AreRefusedWithReasonsOfTheirOwn) {
   const v1::SliceRangeRequest good = request_;
   add_material("hard", 0x0000ffff);
-  expect("MATERIAL_NAME_REPEATED", "printing.materials[2].name");
-  request_.mutable_printing()->mutable_materials(2)->set_name("");
-  expect("MATERIAL_NAME_INVALID", "printing.materials[2].name");
-  request_.mutable_printing()->mutable_materials(2)->set_name("clear");
-  request_.mutable_printing()->mutable_materials(2)->set_rgba(0x00ff00ff);
-  expect("MATERIAL_COLOUR_REPEATED", "printing.materials[2].rgba");
+  expect("MATERIAL_NAME_REPEATED", "job.printing.materials[2].name");
+  request_.mutable_job()->mutable_printing()->mutable_materials(2)->set_name("");
+  expect("MATERIAL_NAME_INVALID", "job.printing.materials[2].name");
+  request_.mutable_job()->mutable_printing()->mutable_materials(2)->set_name("clear");
+  request_.mutable_job()->mutable_printing()->mutable_materials(2)->set_rgba(0x00ff00ff);
+  expect("MATERIAL_COLOUR_REPEATED", "job.printing.materials[2].rgba");
   for (std::uint32_t i = 3; i < 9; ++i) add_material(std::to_string(i), i);
-  expect("TOO_MANY_MATERIALS", "printing.materials");
-  request_.mutable_printing()->clear_materials();
-  expect("MATERIALS_MISSING", "printing.materials");
-  request_.clear_printing();
-  expect("MATERIALS_MISSING", "printing.materials");
+  expect("TOO_MANY_MATERIALS", "job.printing.materials");
+  request_.mutable_job()->mutable_printing()->clear_materials();
+  expect("MATERIALS_MISSING", "job.printing.materials");
+  request_.mutable_job()->clear_printing();
+  expect("MATERIALS_MISSING", "job.printing.materials");
   request_ = good;
-  request_.mutable_planes(0)->mutable_material_mask()->set_material("gold");
-  expect("MATERIAL_UNKNOWN", "planes[0].material_mask.material");
+  request_.mutable_job()->mutable_planes(0)->mutable_material_mask()->set_material("gold");
+  expect("MATERIAL_UNKNOWN", "job.planes[0].material_mask.material");
   request_ = good;
-  request_.mutable_printing()->mutable_halftone()->set_method(static_cast<v1::HalftoneMethod>(77));
-  expect("ENUM_VALUE_UNKNOWN", "printing.halftone.method");
+  request_.mutable_job()->mutable_printing()->mutable_halftone()->set_method(static_cast<v1::HalftoneMethod>(77));
+  expect("ENUM_VALUE_UNKNOWN", "job.printing.halftone.method");
 }
 
 TEST_F(Materials, NeedAMapThatMakesSense) {
   const v1::SliceRangeRequest good = request_;
   blend().set_channel("colour");
-  expect("CHANNEL_UNKNOWN", "printing.map.blend.channel");
+  expect("CHANNEL_UNKNOWN", "job.printing.map.blend.channel");
   request_ = good;
   blend().mutable_stops(1)->set_material("gold");
-  expect("MATERIAL_UNKNOWN", "printing.map.blend.stops[1].material");
+  expect("MATERIAL_UNKNOWN", "job.printing.map.blend.stops[1].material");
   request_ = good;
   blend().mutable_stops(1)->set_value(std::numeric_limits<double>::quiet_NaN());
-  expect("MATERIAL_MAP_NON_FINITE", "printing.map.blend.stops[1].value");
+  expect("MATERIAL_MAP_NON_FINITE", "job.printing.map.blend.stops[1].value");
   blend().mutable_stops(1)->set_value(-1);
-  expect("MATERIAL_MAP_INVALID", "printing.map.blend.stops[1].value");
-  request_.mutable_printing()->mutable_map()->Clear();
-  expect("MATERIAL_MAP_INVALID", "printing.map");
-  request_.mutable_printing()->clear_map();
-  expect("MATERIAL_MAP_MISSING", "printing.map");
+  expect("MATERIAL_MAP_INVALID", "job.printing.map.blend.stops[1].value");
+  request_.mutable_job()->mutable_printing()->mutable_map()->Clear();
+  expect("MATERIAL_MAP_INVALID", "job.printing.map");
+  request_.mutable_job()->mutable_printing()->clear_map();
+  expect("MATERIAL_MAP_MISSING", "job.printing.map");
 }
 
 TEST_F(Materials, OfStrictMapsFailWhereTheFractionsDo) {
   blend().mutable_stops(1)->set_value(5);
   EXPECT_TRUE(server_.slice(request_).status.ok());
-  request_.mutable_printing()->mutable_map()->set_strict(true);
-  expect("FRACTIONS_OUT_OF_RANGE", "printing.map.strict");
+  request_.mutable_job()->mutable_printing()->mutable_map()->set_strict(true);
+  expect("FRACTIONS_OUT_OF_RANGE", "job.printing.map.strict");
 }
 
 }  // namespace

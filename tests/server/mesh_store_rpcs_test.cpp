@@ -22,6 +22,7 @@
 #include "tests/server/service/redis_process.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 #include "tests/support/temporary_folder.h"
 
 namespace ccslice::server {
@@ -127,10 +128,10 @@ TEST_F(MeshStoreRpcs, EveryCallReadsThrough) {
     TestServer server(options_of(store()));
     grpc::ClientContext context;
     v1::PlanSlicesRequest request;
-    request.set_mesh_id(id_);
-    request.mutable_grid()->mutable_pitch()->set_x_mm(1);
-    request.mutable_grid()->mutable_pitch()->set_y_mm(1);
-    request.mutable_grid()->mutable_pitch()->set_z_mm(1);
+    part_of(*request.mutable_job()).set_mesh_id(id_);
+    request.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(1);
+    request.mutable_job()->mutable_grid()->mutable_pitch()->set_y_mm(1);
+    request.mutable_job()->mutable_grid()->mutable_pitch()->set_z_mm(1);
     v1::PlanSlicesResponse response;
     EXPECT_TRUE(server.stub().PlanSlices(&context, request, &response).ok());
   }
@@ -218,8 +219,8 @@ class MeshThatComesLate : public MeshStoreRpcs {
   }
   grpc::Status plan(grpc::ClientContext& context) {
     v1::PlanSlicesRequest request;
-    request.set_mesh_id(id_);
-    *request.mutable_grid() = slice_request(id_, 1, 0, 1).grid();
+    part_of(*request.mutable_job()).set_mesh_id(id_);
+    *request.mutable_job()->mutable_grid() = slice_request(id_, 1, 0, 1).job().grid();
     v1::PlanSlicesResponse response;
     return server_->stub().PlanSlices(&context, request, &response);
   }

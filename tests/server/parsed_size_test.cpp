@@ -74,17 +74,17 @@ void expect_refused(std::string_view bytes) {
 }
 
 TEST(ParsedSize, CountsSubMessages) {
-  using Request = v1::SliceRangeRequest;
-  expect<Request>("", 0);
-  expect<Request>("\x32\0"sv, 16 + sizeof(v1::PlaneSpec));
-  expect<Request>(repeated("\x32\0"sv, 1000), 1000 * (16 + sizeof(v1::PlaneSpec)));
-  expect<Request>("\x32\x02\x0a\0"sv, 16 + sizeof(v1::PlaneSpec) + sizeof(v1::OccupancyContent));
-  expect<Request>("\x1a\x02\x0a\0"sv, sizeof(v1::GridSpec) + sizeof(v1::VoxelPitch));
-  Request request;
-  request.mutable_printing()->add_cell_region_maps()->mutable_map()->mutable_curve()->add_points()->set_property(1);
-  expect<Request>(request.SerializeAsString(), sizeof(v1::Printing) + 16 + sizeof(v1::CellRegionMap) +
-                                                   sizeof(v1::MaterialMap) + sizeof(v1::CurveMap) + 16 +
-                                                   sizeof(v1::CurvePoint));
+  using Job = v1::SliceJob;
+  expect<Job>("", 0);
+  expect<Job>("\x2a\0"sv, 16 + sizeof(v1::PlaneSpec));
+  expect<Job>(repeated("\x2a\0"sv, 1000), 1000 * (16 + sizeof(v1::PlaneSpec)));
+  expect<Job>("\x2a\x02\x0a\0"sv, 16 + sizeof(v1::PlaneSpec) + sizeof(v1::OccupancyContent));
+  expect<Job>("\x12\x02\x0a\0"sv, sizeof(v1::GridSpec) + sizeof(v1::VoxelPitch));
+  expect<v1::SliceRangeRequest>("\x0a\x02\x2a\0"sv, sizeof(Job) + 16 + sizeof(v1::PlaneSpec));
+  Job job;
+  job.mutable_printing()->add_cell_region_maps()->mutable_map()->mutable_curve()->add_points()->set_property(1);
+  expect<Job>(job.SerializeAsString(), sizeof(v1::Printing) + 16 + sizeof(v1::CellRegionMap) + sizeof(v1::MaterialMap) +
+                                           sizeof(v1::CurveMap) + 16 + sizeof(v1::CurvePoint));
 }
 
 TEST(ParsedSize, CountsStrings) {
@@ -98,7 +98,7 @@ TEST(ParsedSize, CountsStrings) {
 }
 
 TEST(ParsedSize, CountsScalarsWhereTheyAreRepeated) {
-  expect<v1::SliceRangeRequest>("\x20\x01\x38\x01\x41" + std::string(8, 'a'), 0);
+  expect<v1::Tolerances>("\x18\x01\x09" + std::string(8, 'a'), 0);
   using Request = v1::EvaluatePointsRequest;
   const std::string eight(8, '\0');
   expect<Request>("\x19" + eight, 64);  // limit_cells aren't of 64 bits: an unknown field.
@@ -122,7 +122,7 @@ TEST(ParsedSize, CountsUnknownFields) {
   expect<Request>("\x7a\x64" + std::string(100, 'a'), 64 + kStringBytes + 101);
   expect<Request>("\x7b\x78\x01\x7b\x7c\x7c", 64 + kSet + 64 + 64 + kSet);
   expect<Request>(repeated("\x78\x01", 1000), 1000 * 64);
-  expect<v1::SliceRangeRequest>("\x30\x01", 64);  // planes aren't numbers.
+  expect<v1::SliceJob>("\x28\x01", 64);  // planes aren't numbers.
 }
 
 TEST(ParsedSize, HasNoneForWhatTheParserRefuses) {
@@ -130,10 +130,10 @@ TEST(ParsedSize, HasNoneForWhatTheParserRefuses) {
        {"\x0a"sv, "\x0a\x7f"sv, "\x0a\xff\xff\xff\xff\x0f"sv, "\x0f"sv, "\x0e"sv, "\x0c"sv, "\x08"sv, "\x08\xff"sv,
         "\x0d\0\0\0"sv, "\x09\0\0\0\0\0\0\0"sv, "\0"sv, "\x02\0"sv, "\x7b"sv, "\x7b\x74"sv, "\x7b\x0a\x05\x7c"sv,
         "\x08\xff\xff\xff\xff\xff\xff\xff\xff\xff\xff\x01"sv}) {
-    expect_refused<v1::SliceRangeRequest>(bad);
+    expect_refused<v1::SliceJob>(bad);
   }
-  for (const std::string_view bad : {"\x32\x05\x0a\0"sv, "\x32\x02\x0a\x01\0"sv, "\x32\x01\x7b\x7c"sv}) {
-    expect_refused<v1::SliceRangeRequest>(bad);
+  for (const std::string_view bad : {"\x2a\x05\x0a\0"sv, "\x2a\x02\x0a\x01\0"sv, "\x2a\x01\x7b\x7c"sv}) {
+    expect_refused<v1::SliceJob>(bad);
   }
   for (const std::string_view bad : {"\x1a\x02\x01\x80\x01"sv, "\x22\x07\0\0\0\0\0\0\0"sv, "\x1a\x05\x01"sv}) {
     expect_refused<v1::EvaluatePointsRequest>(bad);
@@ -147,15 +147,15 @@ TEST(ParsedSize, FollowsGroupsAsDeepAsTheParser) {
 }
 
 TEST(ParsedSize, EndsWhereItPassesTheMost) {
-  const std::string bytes = repeated("\x32\0"sv, 500'000);
+  const std::string bytes = repeated("\x2a\0"sv, 500'000);
   constexpr std::size_t kEach = 16 + sizeof(v1::PlaneSpec);
-  const std::optional<std::size_t> bound = bound_of<v1::SliceRangeRequest>(bytes, kMaxParsedBytes);
+  const std::optional<std::size_t> bound = bound_of<v1::SliceJob>(bytes, kMaxParsedBytes);
   ASSERT_TRUE(bound);
   EXPECT_GT(*bound, kMaxParsedBytes);
   EXPECT_LE(*bound, kMaxParsedBytes + kEach);
-  EXPECT_EQ(bound_of<v1::SliceRangeRequest>(bytes), sizeof(v1::SliceRangeRequest) + 500'000 * kEach);
-  EXPECT_FALSE(bound_of<v1::SliceRangeRequest>(repeated("\x32\0"sv, 1000) + "\x0f", kMaxParsedBytes));
-  EXPECT_TRUE(bound_of<v1::SliceRangeRequest>(bytes + "\x0f", kMaxParsedBytes)) << "what comes then isn't looked at";
+  EXPECT_EQ(bound_of<v1::SliceJob>(bytes), sizeof(v1::SliceJob) + 500'000 * kEach);
+  EXPECT_FALSE(bound_of<v1::SliceJob>(repeated("\x2a\0"sv, 1000) + "\x0f", kMaxParsedBytes));
+  EXPECT_TRUE(bound_of<v1::SliceJob>(bytes + "\x0f", kMaxParsedBytes)) << "what comes then isn't looked at";
 }
 
 TEST(ParsedSize, IsNotSaidOfMaps) {

@@ -9,16 +9,17 @@
 
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 
 class PlanSlices : public ::testing::Test {
  protected:
   PlanSlices() {
-    request_.set_mesh_id(server_.upload_good(make_box(2, 10)));
-    request_.mutable_grid()->mutable_pitch()->set_x_mm(0.1);
-    request_.mutable_grid()->mutable_pitch()->set_y_mm(0.2);
-    request_.mutable_grid()->mutable_pitch()->set_z_mm(0.5);
+    part_of(*request_.mutable_job()).set_mesh_id(server_.upload_good(make_box(2, 10)));
+    request_.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(0.1);
+    request_.mutable_job()->mutable_grid()->mutable_pitch()->set_y_mm(0.2);
+    request_.mutable_job()->mutable_grid()->mutable_pitch()->set_z_mm(0.5);
   }
 
   grpc::Status plan() {

@@ -20,6 +20,7 @@
 #include "core/mesh/models.h"
 #include "server/service/limits.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice::server {
@@ -87,11 +88,11 @@ class PointAgreement : public ::testing::Test {
                      box.max_mm().z() - box.min_mm().z());
     const double pitch_mm = sizes.maxCoeff() * std::cbrt(std::abs(placement.linear().determinant())) / 24;
     v1::SliceRangeRequest request = slice_request(summary_.mesh_id(), pitch_mm, 0, 1);
-    set_placement(placement, *request.mutable_placement());
-    request.set_material_tolerance(0);
-    if (tolerance_mm) request.set_contour_tolerance_mm(*tolerance_mm);
-    request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
-    v1::PlaneSpec& plane = *request.add_planes();
+    set_placement(placement, placement_of(*request.mutable_job()));
+    request.mutable_job()->mutable_tolerances()->set_channel(0);
+    if (tolerance_mm) request.mutable_job()->mutable_tolerances()->set_contour_mm(*tolerance_mm);
+    request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+    v1::PlaneSpec& plane = *request.mutable_job()->add_planes();
     plane.mutable_channels();
     plane.set_encoding(v1::PLANE_ENCODING_RAW);
     Voxels voxels;

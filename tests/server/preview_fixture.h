@@ -48,6 +48,18 @@ class Preview : public testing::Test {
     return request;
   }
 
+  /// A layer of the cube on a grid of this pitch.
+  v1::PreviewRequest layer_request(std::uint64_t number, double pitch_mm, std::uint32_t layer) const {
+    v1::PreviewRequest asked = request(number);
+    asked.clear_mesh_id();
+    asked.clear_width();
+    asked.clear_height();
+    v1::PreviewLayer& plane = *asked.mutable_plane()->mutable_layer();
+    *plane.mutable_job() = slice_request(id_, pitch_mm, 0, 1).job();
+    plane.set_layer(layer);
+    return asked;
+  }
+
   static std::vector<Shown> read_all(Stream& stream) {
     std::vector<Shown> all;
     v1::PreviewResponse message;

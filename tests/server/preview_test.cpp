@@ -14,6 +14,7 @@
 #include "tests/server/preview_fixture.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -140,15 +141,7 @@ TEST_F(Preview, DrawsOutlinesOnTop) {
 }
 
 TEST_F(Preview, LayersAreThoseOfSliceRange) {
-  v1::PreviewRequest asked = request(1);
-  v1::PreviewLayer& layer = *asked.mutable_plane()->mutable_layer();
-  layer.mutable_grid()->mutable_pitch()->set_x_mm(0.5);
-  layer.mutable_grid()->mutable_pitch()->set_y_mm(0.5);
-  layer.mutable_grid()->mutable_pitch()->set_z_mm(0.5);
-  layer.set_layer(9);
-  asked.clear_width();
-  asked.clear_height();
-  const std::vector<Shown> pictures = shown({asked});
+  const std::vector<Shown> pictures = shown({layer_request(1, 0.5, 9)});
   ASSERT_EQ(pictures.size(), 1u);
   const Sliced sliced = server_.slice(slice_request(id_, 0.5, 9, 1));
   EXPECT_EQ(pictures[0].header.pixels_inside(), sliced.ends.at(9).voxel_count());
@@ -187,16 +180,66 @@ TEST_F(Preview, RefusesWithTheFieldAndTheRemedy) {
          [](auto& r) { r.mutable_content()->mutable_lines()->set_width_pixels(17); });
   expect("MATERIALS_MISSING", "printing", [](auto& r) { r.mutable_content()->mutable_mix(); });
   expect("MESH_ID_INVALID", "mesh_id", [](auto& r) { r.set_mesh_id("ring"); });
-  expect("LAYER_RANGE_OUT_OF_BOUNDS", "plane.layer.layer", [](auto& r) {
-    v1::PreviewLayer& layer = *r.mutable_plane()->mutable_layer();
-    layer.mutable_grid()->mutable_pitch()->set_x_mm(1);
-    layer.mutable_grid()->mutable_pitch()->set_y_mm(1);
-    layer.mutable_grid()->mutable_pitch()->set_z_mm(1);
-    layer.set_layer(10);
-    r.clear_width();
-    r.clear_height();
+}
+
+TEST_F(Preview, RefusesLayersOfJobsThatCannotBe) {
+  const auto expect = [&](const std::string& reason, const std::string& field, auto&& change) {
+    v1::PreviewRequest bad = layer_request(1, 1, 3);
+    change(bad, *bad.mutable_plane()->mutable_layer()->mutable_job());
+    const Failure failed = failure(bad);
+    EXPECT_EQ(failed.reason, reason) << failed.message;
+    EXPECT_EQ(failed.field, field) << failed.message;
+  };
+  expect("LAYER_RANGE_OUT_OF_BOUNDS", "plane.layer.layer",
+         [](auto& r, auto&) { r.mutable_plane()->mutable_layer()->set_layer(10); });
+  expect("REQUEST_MALFORMED", "width", [](auto& r, auto&) { r.set_width(10); });
+  expect("REQUEST_MALFORMED", "mesh_id", [&](auto& r, auto&) { r.set_mesh_id("sha256:" + std::string(64, '0')); });
+  expect("PARTS_MISSING", "plane.layer.job.parts", [](auto&, auto& job) { job.clear_parts(); });
+  expect("TOO_MANY_PARTS", "plane.layer.job.parts", [](auto&, auto& job) { job.add_parts(); });
+  expect("MESH_ID_INVALID", "plane.layer.job.parts[0].mesh_id",
+         [](auto&, auto& job) { job.mutable_parts(0)->set_mesh_id("ring"); });
+  expect("PITCH_MISSING", "plane.layer.job.grid.pitch", [](auto&, auto& job) { job.clear_grid(); });
+  expect("PLACEMENT_SINGULAR", "plane.layer.job.parts[0].placements[0].matrix", [](auto&, auto& job) {
+    for (int i = 0; i < 12; ++i) placement_of(job).add_matrix(0);
   });
-  expect("REQUEST_MALFORMED", "width", [](auto& r) { r.mutable_plane()->mutable_layer(); });
+  expect("TOLERANCE_INVALID", "plane.layer.job.tolerances.contour_mm",
+         [](auto&, auto& job) { job.mutable_tolerances()->set_contour_mm(-1); });
+  expect("MATERIALS_MISSING", "plane.layer.job.printing",
+         [](auto& r, auto&) { r.mutable_content()->mutable_halftone(); });
+  expect("CONTENT_INVALID", "content", [](auto& r, auto&) { r.clear_content(); });
+  expect("FRACTIONS_OUT_OF_RANGE", "plane.layer.job.printing.map.strict", [](auto& r, auto& job) {
+    r.mutable_content()->mutable_halftone();
+    v1::MaterialMap& map = *job.mutable_printing()->mutable_map();
+    map.set_strict(true);
+    map.mutable_blend()->set_channel("x");  // From 0 to 10.
+    for (const char* const name : {"a", "b"}) {
+      v1::PrintMaterial& material = *job.mutable_printing()->add_materials();
+      material.set_name(name);
+      material.set_rgba(name[0] == 'a' ? 0xff0000ff : 0x00ff00ff);
+      v1::BlendStop& stop = *map.mutable_blend()->add_stops();
+      stop.set_value(name[0] - 'a');
+      stop.set_material(name);
+    }
+  });
+}
+
+TEST_F(Preview, LayersTakePlacementAndPrintingFromTheirJobsAlone) {
+  v1::PreviewRequest moved = request(1);
+  for (const double number : {1, 0, 0, 100, 0, 1, 0, 0, 0, 0, 1, 0}) moved.mutable_placement()->add_matrix(number);
+  const v1::PreviewRequest layer = layer_request(2, 1, 3);
+  v1::PreviewRequest again = request(3);
+  again.clear_mesh_id();
+  grpc::ClientContext context;
+  const auto stream = server_.stub().Preview(&context);
+  v1::PreviewResponse message;
+  for (const v1::PreviewRequest& asked : {moved, layer, again}) {
+    stream->Write(asked);
+    ASSERT_TRUE(stream->Read(&message));
+    EXPECT_EQ(message.header().pixels_inside(), asked.number() == 2 ? 100u : 0u) << asked.number();
+  }
+  stream->WritesDone();
+  EXPECT_FALSE(stream->Read(&message));
+  EXPECT_TRUE(stream->Finish().ok());
 }
 
 TEST_F(Preview, NumbersGoUpAndTheMeshStays) {
@@ -209,17 +252,22 @@ TEST_F(Preview, NumbersGoUpAndTheMeshStays) {
   shown({request(7), request(3)}, &status);
   EXPECT_THAT(failure_of(status).message, HasSubstr("3 comes after 7"));
 
+  v1::PreviewRequest free = request(2), layer = layer_request(2, 1, 3);
   const std::string other = server_.upload_good(make_box(1, 10));
-  grpc::ClientContext context;
-  const auto stream = server_.stub().Preview(&context);
-  v1::PreviewResponse message;
-  stream->Write(request(1));
-  ASSERT_TRUE(stream->Read(&message));
-  v1::PreviewRequest changed = request(2);
-  changed.set_mesh_id(other);
-  stream->Write(changed);
-  EXPECT_FALSE(stream->Read(&message));
-  EXPECT_EQ(failure_of(stream->Finish()).field, "mesh_id");
+  free.set_mesh_id(other);
+  part_of(*layer.mutable_plane()->mutable_layer()->mutable_job()).set_mesh_id(other);
+  shown({request(1), layer_request(2, 1, 3)});
+  for (const v1::PreviewRequest& changed : {free, layer}) {
+    grpc::ClientContext context;
+    const auto stream = server_.stub().Preview(&context);
+    v1::PreviewResponse message;
+    stream->Write(request(1));
+    ASSERT_TRUE(stream->Read(&message));
+    stream->Write(changed);
+    EXPECT_FALSE(stream->Read(&message));
+    const std::string path = changed.plane().has_layer() ? "plane.layer.job.parts[0]." : "";
+    EXPECT_EQ(failure_of(stream->Finish()).field, path + "mesh_id");
+  }
 }
 
 TEST_F(Preview, RefusesFieldsOfNewerClients) {
@@ -233,13 +281,7 @@ TEST_F(Preview, RefusesFieldsOfNewerClients) {
 }
 
 TEST_F(Preview, ShowsAPartOfOneVoxelInOnePixel) {
-  v1::PreviewRequest voxel = request(1);
-  v1::PreviewLayer& layer = *voxel.mutable_plane()->mutable_layer();
-  layer.mutable_grid()->mutable_pitch()->set_x_mm(10);
-  layer.mutable_grid()->mutable_pitch()->set_y_mm(10);
-  layer.mutable_grid()->mutable_pitch()->set_z_mm(10);
-  voxel.clear_width();
-  voxel.clear_height();
+  const v1::PreviewRequest voxel = layer_request(1, 10, 0);
   v1::PreviewRequest pixel = request(1);
   pixel.set_width(1);
   pixel.set_height(1);

@@ -9,6 +9,7 @@
 
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 /// A block of 10 mm.
 class Printers : public ::testing::Test {
  protected:
-  Printers() { request_.mutable_printer()->set_name("j750-hq"); }
+  Printers() { request_.mutable_job()->mutable_printer()->set_name("j750-hq"); }
 
   grpc::Status plan(const v1::PlanSlicesRequest& request, v1::PlanSlicesResponse& response) {
     grpc::ClientContext context;
@@ -40,7 +41,7 @@ class Printers : public ::testing::Test {
   }
 
   void set_pitch(double x, double y, double z) {
-    v1::VoxelPitch& pitch = *request_.mutable_grid()->mutable_pitch();
+    v1::VoxelPitch& pitch = *request_.mutable_job()->mutable_grid()->mutable_pitch();
     pitch.set_x_mm(x);
     pitch.set_y_mm(y);
     pitch.set_z_mm(z);
@@ -50,7 +51,7 @@ class Printers : public ::testing::Test {
   const std::string id_ = server_.upload_good(make_box(2, 10));
   v1::PlanSlicesRequest request_ = [this] {
     v1::PlanSlicesRequest request;
-    request.set_mesh_id(id_);
+    part_of(*request.mutable_job()).set_mesh_id(id_);
     return request;
   }();
 };
@@ -84,20 +85,20 @@ TEST_F(Printers, WarnOfMixedUpAxesAndOtherPitches) {
 
 TEST_F(Printers, WarnOfPartsThatDoNotFit) {
   for (const double entry : {1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.02, 0.0}) {
-    request_.mutable_placement()->add_matrix(entry);
+    placement_of(*request_.mutable_job()).add_matrix(entry);
   }
   EXPECT_THAT(warnings(), testing::ElementsAre(v1::PLAN_WARNING_KIND_TOO_FEW_LAYERS));
-  request_.mutable_placement()->set_matrix(0, 50);
+  placement_of(*request_.mutable_job()).set_matrix(0, 50);
   EXPECT_THAT(warnings(),
               testing::ElementsAre(v1::PLAN_WARNING_KIND_TOO_FEW_LAYERS, v1::PLAN_WARNING_KIND_LARGER_THAN_TRAY));
 }
 
 TEST_F(Printers, WarnOfTooManyMaterials) {
-  request_.mutable_printer()->set_name("j750-hs");
-  v1::BlendMap& blend = *request_.mutable_printing()->mutable_map()->mutable_blend();
+  request_.mutable_job()->mutable_printer()->set_name("j750-hs");
+  v1::BlendMap& blend = *request_.mutable_job()->mutable_printing()->mutable_map()->mutable_blend();
   blend.set_channel("x");
   for (std::uint32_t i = 0; i < 4; ++i) {
-    v1::PrintMaterial& material = *request_.mutable_printing()->add_materials();
+    v1::PrintMaterial& material = *request_.mutable_job()->mutable_printing()->add_materials();
     material.set_name(std::to_string(i));
     material.set_rgba(0x1000 * (i + 1) + 0xff);
     v1::BlendStop& stop = *blend.add_stops();
@@ -108,31 +109,35 @@ TEST_F(Printers, WarnOfTooManyMaterials) {
 }
 
 TEST_F(Printers, MayBeTheClientsOwn) {
-  v1::PrinterProfile& printer = *request_.mutable_printer();
-  printer.set_name("custom");
-  expect("PRINTER_INVALID", "printer.pitch");
+  v1::PrinterProfile& printer = *request_.mutable_job()->mutable_printer();
+  printer.clear_name();
+  expect("PRINTER_INVALID", "job.printer.pitch");
   printer.mutable_pitch()->set_x_mm(0.1);
   printer.mutable_pitch()->set_y_mm(0.1);
   printer.mutable_pitch()->set_z_mm(0.1);
   EXPECT_THAT(warnings(), testing::IsEmpty());
+  printer.set_name("ours");
   printer.set_min_layers(200);
   printer.mutable_tray_mm()->set_y(9);
   EXPECT_THAT(warnings(),
               testing::ElementsAre(v1::PLAN_WARNING_KIND_TOO_FEW_LAYERS, v1::PLAN_WARNING_KIND_LARGER_THAN_TRAY));
   printer.set_smallest_feature_mm(12);
   EXPECT_THAT(warnings(), testing::Contains(v1::PLAN_WARNING_KIND_THIN_FEATURE));
+  v1::PlanSlicesResponse response;
+  ASSERT_TRUE(plan(request_, response).ok());
+  EXPECT_THAT(response.DebugString(), testing::HasSubstr("the tray of ours is"));
   printer.set_smallest_feature_mm(-1);
-  expect("PRINTER_INVALID", "printer.smallest_feature_mm");
+  expect("PRINTER_INVALID", "job.printer.smallest_feature_mm");
   printer.clear_smallest_feature_mm();
   printer.mutable_tray_mm()->set_x(std::numeric_limits<double>::quiet_NaN());
-  expect("PRINTER_INVALID", "printer.tray_mm");
+  expect("PRINTER_INVALID", "job.printer.tray_mm");
 }
 
 TEST_F(Printers, AreRefusedByReason) {
-  request_.mutable_printer()->set_min_layers(3);
-  expect("PRINTER_INVALID", "printer");
-  request_.mutable_printer()->set_name("inkjet");
-  expect("PRINTER_UNKNOWN", "printer.name");
+  request_.mutable_job()->mutable_printer()->set_min_layers(3);
+  expect("PRINTER_INVALID", "job.printer");
+  request_.mutable_job()->mutable_printer()->set_name("inkjet");
+  expect("PRINTER_UNKNOWN", "job.printer.name");
 }
 
 }  // namespace

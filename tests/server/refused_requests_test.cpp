@@ -9,11 +9,13 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/rpc/unknown_fields.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -21,6 +23,8 @@ namespace {
 void add_unknown(google::protobuf::Message& message, int number) {
   message.GetReflection()->MutableUnknownFields(&message)->AddVarint(number, 1);
 }
+
+constexpr std::string_view kPlacement = "placement";
 
 class EveryCall : public ::testing::Test {
  protected:
@@ -35,11 +39,14 @@ class EveryCall : public ::testing::Test {
             {"TessellateBoundary", tessellate(spoil)}};
   }
 
+  /// `field`: that of calls with a placement of their own; those with a job have it in the job's part.
   void expect(const Spoil& spoil, const std::string& reason, const std::string& field) {
     for (const auto& [call, failure] : failures(spoil)) {
+      const bool has_job = (call == "SliceRange" || call == "PlanSlices") && field.starts_with(kPlacement);
+      const std::string own = has_job ? "job.parts[0].placements[0]" + field.substr(kPlacement.size()) : field;
       EXPECT_EQ(failure.code, grpc::StatusCode::INVALID_ARGUMENT) << call;
       EXPECT_EQ(failure.reason, reason) << call << ": " << failure.message;
-      EXPECT_EQ(failure.field, field) << call << ": " << failure.message;
+      EXPECT_EQ(failure.field, own) << call << ": " << failure.message;
     }
   }
 
@@ -53,15 +60,15 @@ class EveryCall : public ::testing::Test {
  private:
   Failure slice(const Spoil& spoil) {
     v1::SliceRangeRequest request = slice_request(id_, 1, 0, 1);
-    spoil(request, *request.mutable_placement());
+    spoil(request, placement_of(*request.mutable_job()));
     return server_.slice_failure(request);
   }
 
   Failure plan(const Spoil& spoil) {
     v1::PlanSlicesRequest request;
-    request.set_mesh_id(id_);
-    *request.mutable_grid() = slice_request(id_, 1, 0, 1).grid();
-    spoil(request, *request.mutable_placement());
+    part_of(*request.mutable_job()).set_mesh_id(id_);
+    *request.mutable_job()->mutable_grid() = slice_request(id_, 1, 0, 1).job().grid();
+    spoil(request, placement_of(*request.mutable_job()));
     grpc::ClientContext context;
     v1::PlanSlicesResponse response;
     return failure_of(server_.stub().PlanSlices(&context, request, &response));
@@ -131,22 +138,13 @@ TEST_F(EveryCall, RefusesDegeneratePlacements) {
 TEST(FirstUnknownField, IsFoundAtAnyDepth) {
   v1::SliceRangeRequest request = slice_request("x", 1, 0, 1);
   EXPECT_EQ(first_unknown_field(request), "");
-  request.add_planes()->mutable_channel()->set_name("x");
-  add_unknown(*request.mutable_planes(1)->mutable_channel(), 5);
-  EXPECT_EQ(first_unknown_field(request), "planes[1].channel.5");
-  add_unknown(*request.mutable_grid()->mutable_pitch(), 4);
-  EXPECT_EQ(first_unknown_field(request), "grid.pitch.4");
+  request.mutable_job()->add_planes()->mutable_channel()->set_name("x");
+  add_unknown(*request.mutable_job()->mutable_planes(1)->mutable_channel(), 5);
+  EXPECT_EQ(first_unknown_field(request), "job.planes[1].channel.5");
+  add_unknown(*request.mutable_job()->mutable_grid()->mutable_pitch(), 4);
+  EXPECT_EQ(first_unknown_field(request), "job.grid.pitch.4");
   add_unknown(request, 18);
   EXPECT_EQ(first_unknown_field(request), "18");
-}
-
-TEST(FirstUnknownField, KnowsTheFieldsReservedForLater) {
-  v1::PlaneSpec plane;
-  for (const int reserved : {8, 11, 15}) {
-    add_unknown(plane, reserved);
-    EXPECT_EQ(first_unknown_field(plane), std::to_string(reserved));
-    plane.Clear();
-  }
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "server/service/mesh_id.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -31,9 +32,10 @@ TEST(Resources, AStalledReaderOfContoursHoldsItsWindow) {
   TestServer server(options);
   const std::string id = server.upload_good(make_block(3, 10));
   v1::SliceRangeRequest request = slice_request(id, 0.005, 0, 1800);
-  request.clear_planes();
-  request.set_contours(true);
-  request.set_contour_tolerance_mm(server.server().state().slice_limits.min_contour_tolerance_mm);
+  request.mutable_job()->clear_planes();
+  request.mutable_job()->mutable_contours();
+  request.mutable_job()->mutable_tolerances()->set_contour_mm(
+      server.server().state().slice_limits.min_contour_tolerance_mm);
   const Sliced one = [&] {
     v1::SliceRangeRequest single = request;
     single.set_first_layer(900);
@@ -65,7 +67,7 @@ TEST(Resources, StreamsForWhichNothingIsLeftAreToldToComeBack) {
   TestServer server(options);
   const std::string id = server.upload_good(make_block(2, 10));
   v1::SliceRangeRequest request = slice_request(id, 0.01, 0, 900);  // Some 100 MB: far more than the transport holds.
-  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+  request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
   // Unread, the first one keeps its layers.
   grpc::ClientContext first_context;
   const auto stub = server.new_stub();
@@ -104,9 +106,9 @@ TEST(Resources, AJobThatNeverFitsIsRefusedWithWhatItTakes) {
   TestServer server(options);
   const std::string id = server.upload_good(make_block(2, 10));
   v1::SliceRangeRequest request = slice_request(id, 0.005, 0, 100);
-  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
-  request.mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
-  request.mutable_planes(0)->mutable_channel()->set_name("x");
+  request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+  request.mutable_job()->mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
+  request.mutable_job()->mutable_planes(0)->mutable_channel()->set_name("x");
   const Failure failure = server.slice_failure(request);
   EXPECT_EQ(failure.reason, "JOB_EXCEEDS_MEMORY") << failure.message;
   EXPECT_EQ(failure.code, grpc::StatusCode::RESOURCE_EXHAUSTED);
@@ -221,7 +223,7 @@ TEST(Resources, PlansTakeAPlaceAmongTheCalls) {
   options.max_waiting_calls = 0;
   TestServer server(options);
   v1::PlanSlicesRequest request;
-  request.set_mesh_id(server.upload_good(make_block(1, 10)));
+  part_of(*request.mutable_job()).set_mesh_id(server.upload_good(make_block(1, 10)));
   Admission& admission = server.server().state().admission;
   EXPECT_TRUE(eventually([&] { return admission.running() == 0; }, 1s));
   Admission::Place place(admission);
@@ -259,7 +261,7 @@ TEST(Resources, ACancelledPlanIsAnsweredWhileTheWorkersAreBusy) {
   TestServer server;
   ServiceState& state = server.server().state();
   v1::PlanSlicesRequest request;
-  request.set_mesh_id(server.upload_good(make_block(1, 10)));
+  part_of(*request.mutable_job()).set_mesh_id(server.upload_good(make_block(1, 10)));
   std::promise<void> open;
   const auto opened = open.get_future().share();
   const std::size_t processors = state.executor.threads() + 1;
@@ -329,7 +331,7 @@ class SilentClient : public ::testing::Test {
   /// Some 100 MB of layers: far more than the transport holds.
   v1::SliceRangeRequest large_request(const std::string& id) {
     v1::SliceRangeRequest request = slice_request(id, 0.01, 0, 900);
-    request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+    request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
     return request;
   }
 

@@ -13,6 +13,7 @@
 #include "server/service/mesh_id.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -30,7 +31,7 @@ std::uint64_t bits_of(const std::string& bytes) {
 }
 
 void add_float_channel(v1::SliceRangeRequest& request) {
-  v1::PlaneSpec& channel = *request.add_planes();
+  v1::PlaneSpec& channel = *request.mutable_job()->add_planes();
   channel.mutable_channel()->set_name("x");
   channel.set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
   channel.set_encoding(v1::PLANE_ENCODING_RAW);
@@ -40,7 +41,7 @@ TEST(SliceRange, DeliversABoxAsItIs) {
   TestServer server;
   v1::SliceRangeRequest request = slice_request(server.upload_good(make_box(2, 10)), 0.5, 0, 20);
   add_float_channel(request);
-  request.set_contours(true);
+  request.mutable_job()->mutable_contours();
   const Sliced sliced = server.slice(request);
   ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
   EXPECT_EQ(sliced.header.grid().extent().columns(), 20u);
@@ -75,7 +76,7 @@ TEST(SliceRange, InterpolatesOtherwiseWithinTheSameToleranceIfProofIsAskedFor) {
   std::array<Sliced, 2> sliced;
   std::array<std::uint64_t, 2> interpolated{};
   for (const bool proved : {false, true}) {
-    request.set_prove_materials(proved);
+    request.mutable_job()->mutable_tolerances()->set_prove_channels(proved);
     sliced[proved] = server.slice(request);
     ASSERT_TRUE(sliced[proved].status.ok()) << sliced[proved].status.error_message();
     for (const auto& [index, end] : sliced[proved].ends) interpolated[proved] += end.statistics().voxels_interpolated();
@@ -97,12 +98,12 @@ TEST(SliceRange, InterpolatesOtherwiseWithinTheSameToleranceIfProofIsAskedFor) {
 TEST(SliceRange, HoldsOutsideWhatIsAskedFor) {
   TestServer server;
   v1::SliceRangeRequest request = slice_request(server.upload_good(make_box(2, 10)), 0.5, 0, 20);
-  request.mutable_grid()->mutable_origin_mm()->set_x(-0.5);
-  request.mutable_grid()->mutable_extent()->set_columns(21);
-  request.mutable_grid()->mutable_extent()->set_rows(20);
-  request.mutable_grid()->mutable_extent()->set_layers(20);
+  request.mutable_job()->mutable_grid()->mutable_origin_mm()->set_x(-0.5);
+  request.mutable_job()->mutable_grid()->mutable_extent()->set_columns(21);
+  request.mutable_job()->mutable_grid()->mutable_extent()->set_rows(20);
+  request.mutable_job()->mutable_grid()->mutable_extent()->set_layers(20);
   for (const v1::PlaneEncoding encoding : {v1::PLANE_ENCODING_RAW, v1::PLANE_ENCODING_PNG_ALPHA}) {
-    v1::PlaneSpec& channel = *request.add_planes();
+    v1::PlaneSpec& channel = *request.mutable_job()->add_planes();
     channel.mutable_channel()->set_name("x");
     channel.set_sample_type(v1::SAMPLE_TYPE_UINT8);
     channel.set_encoding(encoding);
@@ -124,8 +125,8 @@ TEST(SliceRange, HoldsOutsideWhatIsAskedFor) {
 TEST(SliceRange, SendsAllChannelsAsOneExr) {
   TestServer server;
   v1::SliceRangeRequest request = slice_request(server.upload_good(make_box(2, 10)), 0.5, 0, 1);
-  request.mutable_planes(0)->mutable_channels();
-  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_EXR);
+  request.mutable_job()->mutable_planes(0)->mutable_channels();
+  request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_EXR);
   const Sliced sliced = server.slice(request);
   ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
   EXPECT_EQ(sliced.header.planes(0).sample_type(), v1::SAMPLE_TYPE_FLOAT32);
@@ -138,10 +139,10 @@ TEST(SliceRange, SendsAllChannelsAsOneExr) {
 TEST(SliceRange, SendsEmptyLayersToo) {
   TestServer server;
   v1::SliceRangeRequest request = slice_request(server.upload_good(make_box(1, 10)), 0.5, 0, 6);
-  request.mutable_grid()->mutable_origin_mm()->set_z(9);
-  request.mutable_grid()->mutable_extent()->set_columns(20);
-  request.mutable_grid()->mutable_extent()->set_rows(20);
-  request.mutable_grid()->mutable_extent()->set_layers(6);
+  request.mutable_job()->mutable_grid()->mutable_origin_mm()->set_z(9);
+  request.mutable_job()->mutable_grid()->mutable_extent()->set_columns(20);
+  request.mutable_job()->mutable_grid()->mutable_extent()->set_rows(20);
+  request.mutable_job()->mutable_grid()->mutable_extent()->set_layers(6);
   const Sliced sliced = server.slice(request);
   ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
   ASSERT_EQ(sliced.ends.size(), 6u);
@@ -161,8 +162,8 @@ TEST(SliceRange, GivesTheSameBytesForAnyThreadsAndAnySplit) {
   single.upload_good(mesh);
   const auto request = [&](std::uint32_t first, std::uint32_t count) {
     v1::SliceRangeRequest all = slice_request(id, 0.25, first, count);
-    all.add_planes()->mutable_channel()->set_name("x");
-    all.set_contours(true);
+    all.mutable_job()->add_planes()->mutable_channel()->set_name("x");
+    all.mutable_job()->mutable_contours();
     return all;
   };
   const Sliced whole = single.slice(request(0, 24));
@@ -179,8 +180,8 @@ TEST(SliceRange, GivesTheSameBytesForAnyThreadsAndAnySplit) {
 TEST(SliceRange, KeepsMessagesBelowTheChunkSizeAsked) {
   TestServer server;
   v1::SliceRangeRequest request = slice_request(server.upload_good(make_block(2, 10)), 0.05, 60, 2);
-  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
-  request.set_contours(true);
+  request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+  request.mutable_job()->mutable_contours();
   request.set_max_chunk_bytes(4096);
   const Sliced sliced = server.slice(request);
   ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
@@ -191,15 +192,15 @@ TEST(SliceRange, KeepsMessagesBelowTheChunkSizeAsked) {
 /// A request for the box of make_box(2, 10) in raw floats of its gradient along x.
 v1::SliceRangeRequest graded_request(const std::string& id, std::uint32_t first, std::uint32_t count) {
   v1::SliceRangeRequest request = slice_request(id, 0.5, first, count);
-  request.mutable_planes(0)->mutable_channel()->set_name("x");
-  request.mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
-  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+  request.mutable_job()->mutable_planes(0)->mutable_channel()->set_name("x");
+  request.mutable_job()->mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_FLOAT32);
+  request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
   return request;
 }
 
-v1::VoxelRegion voxels(std::uint32_t column, std::uint32_t row, std::uint32_t layer, std::uint32_t columns,
-                       std::uint32_t rows, std::uint32_t layers) {
-  v1::VoxelRegion region;
+v1::VoxelBox voxels(std::uint32_t column, std::uint32_t row, std::uint32_t layer, std::uint32_t columns,
+                    std::uint32_t rows, std::uint32_t layers) {
+  v1::VoxelBox region;
   region.set_first_column(column);
   region.set_first_row(row);
   region.set_first_layer(layer);
@@ -215,11 +216,11 @@ TEST(SliceRange, OfARegionIsACropOfTheWhole) {
   const Sliced whole = server.slice(graded_request(id, 4, 2));
   EXPECT_EQ(whole.header.region().SerializeAsString(), voxels(0, 0, 0, 20, 20, 20).SerializeAsString());
   v1::SliceRangeRequest request = graded_request(id, 4, 2);
-  *request.mutable_region()->mutable_voxels() = voxels(3, 7, 4, 5, 6, 2);
+  *request.mutable_job()->mutable_region()->mutable_voxels() = voxels(3, 7, 4, 5, 6, 2);
   const Sliced part = server.slice(request);
   ASSERT_TRUE(part.status.ok()) << part.status.error_message();
   EXPECT_EQ(part.header.grid().SerializeAsString(), whole.header.grid().SerializeAsString());
-  EXPECT_EQ(part.header.region().SerializeAsString(), request.region().voxels().SerializeAsString());
+  EXPECT_EQ(part.header.region().SerializeAsString(), request.job().region().voxels().SerializeAsString());
   EXPECT_EQ(part.header.layout().row_order(), v1::ROW_ORDER_ASCENDING_Y);
   EXPECT_EQ(part.summary.voxel_count(), 2u * 5 * 6);
   for (const std::uint32_t layer : {4u, 5u}) {
@@ -228,8 +229,8 @@ TEST(SliceRange, OfARegionIsACropOfTheWhole) {
     EXPECT_EQ(part.planes.at(layer)[0], crop);
     EXPECT_EQ(part.ends.at(layer).planes(0).raw_bytes(), crop.size());
   }
-  request.clear_region();
-  v1::Box3& box = *request.mutable_region()->mutable_box_mm();
+  request.mutable_job()->clear_region();
+  v1::Box3& box = *request.mutable_job()->mutable_region()->mutable_box_mm();
   const v1::Vector3& origin = whole.header.grid().origin_mm();
   const auto corner = [&](v1::Vector3& at, double x, double y, double z) {
     at.set_x(origin.x() + x);
@@ -244,7 +245,7 @@ TEST(SliceRange, OfARegionIsACropOfTheWhole) {
 TEST(SliceRange, LaysPicturesOutAsAskedFor) {
   TestServer server;
   v1::SliceRangeRequest request = graded_request(server.upload_good(make_box(2, 10)), 4, 1);
-  *request.mutable_region()->mutable_voxels() = voxels(3, 7, 4, 5, 6, 1);
+  *request.mutable_job()->mutable_region()->mutable_voxels() = voxels(3, 7, 4, 5, 6, 1);
   const std::string plain = server.slice(request).planes.at(4)[0];
   const auto sample = [](const std::string& plane, std::size_t column, std::size_t row) {
     return plane.substr(4 * (5 * row + column), 4);
@@ -253,9 +254,9 @@ TEST(SliceRange, LaysPicturesOutAsAskedFor) {
     for (const bool flip_y : {false, true}) {
       for (const v1::RowOrder order :
            {v1::ROW_ORDER_UNSPECIFIED, v1::ROW_ORDER_ASCENDING_Y, v1::ROW_ORDER_DESCENDING_Y}) {
-        request.mutable_layout()->set_flip_x(flip_x);
-        request.mutable_layout()->set_flip_y(flip_y);
-        request.mutable_layout()->set_row_order(order);
+        request.mutable_job()->mutable_layout()->set_flip_x(flip_x);
+        request.mutable_job()->mutable_layout()->set_flip_y(flip_y);
+        request.mutable_job()->mutable_layout()->set_row_order(order);
         const Sliced sliced = server.slice(request);
         EXPECT_EQ(sliced.header.layout().flip_x(), flip_x);
         EXPECT_NE(sliced.header.layout().row_order(), v1::ROW_ORDER_UNSPECIFIED);
@@ -298,7 +299,7 @@ TEST_F(RefusedSlicing, LayersBeyondTheGrid) {
 }
 
 TEST_F(RefusedSlicing, LayersBeyondTheRegion) {
-  *request_.mutable_region()->mutable_voxels() = voxels(0, 0, 5, 1, 1, 3);
+  *request_.mutable_job()->mutable_region()->mutable_voxels() = voxels(0, 0, 5, 1, 1, 3);
   request_.set_layer_count(1);
   expect(grpc::StatusCode::OUT_OF_RANGE, "LAYER_RANGE_OUT_OF_BOUNDS", "first_layer");
   request_.set_first_layer(6);
@@ -308,42 +309,40 @@ TEST_F(RefusedSlicing, LayersBeyondTheRegion) {
 
 TEST_F(RefusedSlicing, RegionsThatAreNone) {
   using grpc::StatusCode;
-  request_.mutable_region();
-  expect(StatusCode::INVALID_ARGUMENT, "REGION_AMBIGUOUS", "region");
-  *request_.mutable_region()->mutable_voxels() = voxels(0, 0, 0, 4, 4, 0);
-  expect(StatusCode::INVALID_ARGUMENT, "REGION_EMPTY", "region.voxels.extent.layers");
-  *request_.mutable_region()->mutable_voxels() = voxels(0, 17, 0, 4, 4, 4);
-  expect(StatusCode::INVALID_ARGUMENT, "REGION_OUT_OF_GRID", "region.voxels.extent.rows");
-  v1::Box3& box = *request_.mutable_region()->mutable_box_mm();
-  expect(StatusCode::INVALID_ARGUMENT, "REGION_AMBIGUOUS", "region");
-  request_.mutable_region()->clear_voxels();
+  request_.mutable_job()->mutable_region();
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_EMPTY", "job.region");
+  *request_.mutable_job()->mutable_region()->mutable_voxels() = voxels(0, 0, 0, 4, 4, 0);
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_EMPTY", "job.region.voxels.extent.layers");
+  *request_.mutable_job()->mutable_region()->mutable_voxels() = voxels(0, 17, 0, 4, 4, 4);
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_OUT_OF_GRID", "job.region.voxels.extent.rows");
+  v1::Box3& box = *request_.mutable_job()->mutable_region()->mutable_box_mm();
   box.mutable_min_mm();
   box.mutable_max_mm()->set_x(std::nan(""));
-  expect(StatusCode::INVALID_ARGUMENT, "REGION_NON_FINITE", "region.box_mm.max_mm.x");
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_NON_FINITE", "job.region.box_mm.max_mm.x");
   box.mutable_max_mm()->set_x(0);
-  expect(StatusCode::INVALID_ARGUMENT, "REGION_EMPTY", "region.box_mm");
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_EMPTY", "job.region.box_mm");
   for (v1::Vector3* corner : {box.mutable_min_mm(), box.mutable_max_mm()}) {
     const double at = corner == box.mutable_min_mm() ? 1000 : 1001;
     corner->set_x(at);
     corner->set_y(at);
     corner->set_z(at);
   }
-  expect(StatusCode::INVALID_ARGUMENT, "REGION_OUT_OF_GRID", "region.box_mm");
+  expect(StatusCode::INVALID_ARGUMENT, "REGION_OUT_OF_GRID", "job.region.box_mm");
 }
 
 TEST_F(RefusedSlicing, OrdersOfRowsThatDoNotExist) {
-  request_.mutable_layout()->set_row_order(static_cast<v1::RowOrder>(17));
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "ENUM_VALUE_UNKNOWN", "layout.row_order");
+  request_.mutable_job()->mutable_layout()->set_row_order(static_cast<v1::RowOrder>(17));
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "ENUM_VALUE_UNKNOWN", "job.layout.row_order");
 }
 
 TEST_F(RefusedSlicing, NothingAskedFor) {
-  request_.clear_planes();
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "NOTHING_REQUESTED", "planes");
+  request_.mutable_job()->clear_planes();
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "NOTHING_REQUESTED", "job.planes");
 }
 
 TEST_F(RefusedSlicing, TooManyPlanes) {
-  for (int i = 0; i < 64; ++i) request_.add_planes()->mutable_occupancy();
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "TOO_MANY_PLANES", "planes");
+  for (int i = 0; i < 64; ++i) request_.mutable_job()->add_planes()->mutable_occupancy();
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "TOO_MANY_PLANES", "job.planes");
 }
 
 TEST_F(RefusedSlicing, WrongChunkSizes) {
@@ -353,29 +352,42 @@ TEST_F(RefusedSlicing, WrongChunkSizes) {
   }
 }
 
+TEST_F(RefusedSlicing, OtherThanOnePartInOnePlace) {
+  part_of(*request_.mutable_job()).add_placements();
+  part_of(*request_.mutable_job()).add_placements();
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "TOO_MANY_PARTS", "job.parts[0].placements");
+  request_.mutable_job()->add_parts();
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "TOO_MANY_PARTS", "job.parts");
+  EXPECT_THAT(server_.slice_failure(request_).message, testing::HasSubstr("slice each in a job of its own"));
+  request_.mutable_job()->clear_parts();
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "PARTS_MISSING", "job.parts");
+  request_.clear_job();
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "PARTS_MISSING", "job.parts");
+}
+
 TEST_F(RefusedSlicing, UnknownMesh) {
-  request_.set_mesh_id(mesh_id_of("unknown"));
+  part_of(*request_.mutable_job()).set_mesh_id(mesh_id_of("unknown"));
   expect(grpc::StatusCode::FAILED_PRECONDITION, "MESH_MISSING", "");
-  EXPECT_EQ(server_.slice_failure(request_).missing, request_.mesh_id());
-  request_.set_mesh_id("unknown");
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "MESH_ID_INVALID", "mesh_id");
+  EXPECT_EQ(server_.slice_failure(request_).missing, request_.job().parts(0).mesh_id());
+  part_of(*request_.mutable_job()).set_mesh_id("unknown");
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "MESH_ID_INVALID", "job.parts[0].mesh_id");
 }
 
 TEST_F(RefusedSlicing, WrongPitchPlacementAndTolerance) {
-  request_.mutable_grid()->mutable_pitch()->set_x_mm(-1);
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "PITCH_INVALID", "grid.pitch.x_mm");
-  request_.mutable_grid()->mutable_pitch()->set_x_mm(1);
-  request_.set_contour_tolerance_mm(-1);
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "TOLERANCE_INVALID", "contour_tolerance_mm");
-  request_.clear_contour_tolerance_mm();
-  request_.set_material_tolerance(2);
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "TOLERANCE_INVALID", "material_tolerance");
-  for (int i = 0; i < 12; ++i) request_.mutable_placement()->add_matrix(0);
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "PLACEMENT_SINGULAR", "placement.matrix");
+  request_.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(-1);
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "PITCH_INVALID", "job.grid.pitch.x_mm");
+  request_.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(1);
+  request_.mutable_job()->mutable_tolerances()->set_contour_mm(-1);
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "TOLERANCE_INVALID", "job.tolerances.contour_mm");
+  request_.mutable_job()->mutable_tolerances()->clear_contour_mm();
+  request_.mutable_job()->mutable_tolerances()->set_channel(2);
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "TOLERANCE_INVALID", "job.tolerances.channel");
+  for (int i = 0; i < 12; ++i) placement_of(*request_.mutable_job()).add_matrix(0);
+  expect(grpc::StatusCode::INVALID_ARGUMENT, "PLACEMENT_SINGULAR", "job.parts[0].placements[0].matrix");
 }
 
 TEST_F(RefusedSlicing, AMessageLargerThanTheServerTakes) {
-  request_.set_mesh_id(std::string(5 << 20, 'x'));
+  part_of(*request_.mutable_job()).set_mesh_id(std::string(5 << 20, 'x'));
   EXPECT_EQ(server_.slice_failure(request_).code, grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_TRUE(server_.upload(make_block(1, 11)).ok()) << "the server is still up";
 }
@@ -383,7 +395,7 @@ TEST_F(RefusedSlicing, AMessageLargerThanTheServerTakes) {
 /// 25 MB: more than goes out unread, so the call lasts as long as nobody reads.
 v1::SliceRangeRequest lasting_request(const std::string& mesh_id) {
   v1::SliceRangeRequest request = slice_request(mesh_id, 0.01, 0, 200);
-  request.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
+  request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
   return request;
 }
 

@@ -14,6 +14,7 @@
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "server/service/mesh_id.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -148,13 +149,13 @@ Sliced TestServer::slice(const v1::SliceRangeRequest& request) {
 v1::SliceRangeRequest slice_request(const std::string& mesh_id, double pitch_mm, std::uint32_t first,
                                     std::uint32_t count) {
   v1::SliceRangeRequest request;
-  request.set_mesh_id(mesh_id);
-  request.mutable_grid()->mutable_pitch()->set_x_mm(pitch_mm);
-  request.mutable_grid()->mutable_pitch()->set_y_mm(pitch_mm);
-  request.mutable_grid()->mutable_pitch()->set_z_mm(pitch_mm);
+  part_of(*request.mutable_job()).set_mesh_id(mesh_id);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_x_mm(pitch_mm);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_y_mm(pitch_mm);
+  request.mutable_job()->mutable_grid()->mutable_pitch()->set_z_mm(pitch_mm);
   request.set_first_layer(first);
   request.set_layer_count(count);
-  request.add_planes()->mutable_occupancy();
+  request.mutable_job()->add_planes()->mutable_occupancy();
   return request;
 }
 

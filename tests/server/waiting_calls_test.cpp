@@ -18,6 +18,7 @@
 #include "server/service/mesh_id.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/job_parts.h"
 
 namespace ccslice::server {
 namespace {
@@ -52,9 +53,9 @@ class WaitingCalls : public ::testing::Test {
     return {{"PlanSlices",
              [this](grpc::ClientContext& context) {
                v1::PlanSlicesRequest request;
-               request.set_mesh_id(mesh_id_);
+               part_of(*request.mutable_job()).set_mesh_id(mesh_id_);
                for (auto set : {&v1::VoxelPitch::set_x_mm, &v1::VoxelPitch::set_y_mm, &v1::VoxelPitch::set_z_mm}) {
-                 (request.mutable_grid()->mutable_pitch()->*set)(1);
+                 (request.mutable_job()->mutable_grid()->mutable_pitch()->*set)(1);
                }
                v1::PlanSlicesResponse response;
                return server_.stub().PlanSlices(&context, request, &response);

@@ -22,7 +22,7 @@ from .points import Evaluation, Probe
 from .preview import Plane, Preview, PreviewAssembler, content_message, plane_message
 from .printing import Printing
 from .surface import Surface
-from .v1 import info_pb2, mesh_pb2, points_pb2, preview_pb2, slice_pb2, surface_pb2
+from .v1 import info_pb2, job_pb2, mesh_pb2, plan_pb2, points_pb2, preview_pb2, slice_pb2, surface_pb2
 
 _LOG = logging.getLogger("ccslice")
 _DEFAULT_ADDRESS = "localhost:50051"
@@ -34,9 +34,9 @@ _ASK_EVERY_S, _LONGEST_ANSWER_S = 0.5, 5.0  # Of how far a mesh is.
 _MOST_REUPLOADS = 3  # In a row: a server that keeps losing what it has just taken.
 _MOST_SURFACE_BYTES = 8 << 30
 _SAMPLE_TYPES = {
-    "uint8": slice_pb2.SAMPLE_TYPE_UINT8,
-    "uint16": slice_pb2.SAMPLE_TYPE_UINT16,
-    "float32": slice_pb2.SAMPLE_TYPE_FLOAT32,
+    "uint8": job_pb2.SAMPLE_TYPE_UINT8,
+    "uint16": job_pb2.SAMPLE_TYPE_UINT16,
+    "float32": job_pb2.SAMPLE_TYPE_FLOAT32,
 }
 
 Pitch = Union[float, Sequence[float]]
@@ -220,13 +220,12 @@ class Client:
         self._meshes.pop(mesh_id, None)
         return self._call(lambda: self._stub.DeleteMesh(mesh_pb2.DeleteMeshRequest(mesh_id=mesh_id))).deleted
 
-    def plan(self, mesh: Union[Mesh, str], pitch: Optional[Pitch] = None, **job: Any) -> slice_pb2.PlanSlicesResponse:
+    def plan(self, mesh: Union[Mesh, str], pitch: Optional[Pitch] = None, **job: Any) -> plan_pb2.PlanSlicesResponse:
         """What slicing would give: grid, layers, sizes, warnings. Takes what slice() takes, but layers."""
-        request = self._plan_request(mesh, pitch, **job)
+        request = plan_pb2.PlanSlicesRequest(job=self._job(mesh, pitch, **job))
         return self._call(lambda: self._stub.PlanSlices(request))
 
     def slice(self, mesh: Union[Mesh, str], pitch: Optional[Pitch] = None, *, layers: Optional[range] = None,
-              contours: bool = False, contours_by_region: bool = False,
               on_progress: Optional[Callable[[int, int], None]] = None, **job: Any) -> Iterator[Layer]:
         """The layers, one after the other, as they come.
 
@@ -246,15 +245,13 @@ class Client:
 
         Raises ValueError for arguments that don't fit, when the first layer is asked for.
         """
-        contours = contours or contours_by_region
         layers = _checked_layers(layers)
-        plan_request = self._plan_request(mesh, pitch, contours=contours, **job)
-        plan = self._call(lambda: self._stub.PlanSlices(plan_request))
+        described = self._job(mesh, pitch, **job)
+        plan = self._call(lambda: self._stub.PlanSlices(plan_pb2.PlanSlicesRequest(job=described)))
         first = plan.region.first_layer if plan.HasField("region") else 0
         if layers is None:
             layers = range(first, first + plan.layer_count)
-        request = slice_pb2.SliceRangeRequest(contours=contours, contours_by_region=contours_by_region)
-        yield from self._slice_from(request, plan_request, plan, layers, on_progress)
+        yield from self._slice_from(described, plan, layers, on_progress)
 
     def probe(self, mesh: Union[Mesh, str], points_mm: Any, *, placement: Any = None,
               tolerance_mm: Optional[float] = None) -> Probe:
@@ -475,51 +472,54 @@ class Client:
                     continue
                 attempts.wait_after(error)
 
-    def _plan_request(self, mesh: Union[Mesh, str], pitch: Optional[Pitch], *, channels: Channels = (),
-                      value_ranges: Optional[Mapping[str, Tuple[float, float]]] = None, occupancy: Optional[bool] = None,
-                      printing: Optional[Printing] = None, cell_regions: bool = False, contours: bool = False,
-                      profile: Optional[str] = None, placement: Any = None, origin_mm: Any = None, extent: Any = None,
-                      region_mm: Any = None, tolerance_mm: Optional[float] = None,
-                      material_tolerance: Optional[float] = None, prove_materials: bool = False,
-                      outside: Optional[float] = None) -> slice_pb2.PlanSlicesRequest:
-        request = slice_pb2.PlanSlicesRequest()
+    def _job(self, mesh: Union[Mesh, str], pitch: Optional[Pitch], *, channels: Channels = (),
+             value_ranges: Optional[Mapping[str, Tuple[float, float]]] = None, occupancy: Optional[bool] = None,
+             printing: Optional[Printing] = None, cell_regions: bool = False, contours: bool = False,
+             contours_by_region: bool = False, profile: Optional[str] = None, placement: Any = None,
+             origin_mm: Any = None, extent: Any = None, region_mm: Any = None, tolerance_mm: Optional[float] = None,
+             material_tolerance: Optional[float] = None, prove_materials: bool = False,
+             outside: Optional[float] = None) -> job_pb2.SliceJob:
+        job = job_pb2.SliceJob()
         if pitch is not None:
-            size = request.grid.pitch
+            size = job.grid.pitch
             size.x_mm, size.y_mm, size.z_mm = _triple("pitch", pitch)
         elif profile is None:
             raise ValueError("give a pitch in mm, or the profile of a printer")
         if profile is not None:
-            request.printer.name = profile
-            request.grid.SetInParent()
-        _place(request, placement)
+            job.printer.name = profile
+            job.grid.SetInParent()
+        part = job.parts.add()
+        if placement is not None:
+            part.placements.add().matrix.extend(_matrix(placement))
         if origin_mm is not None:
-            origin = request.grid.origin_mm
+            origin = job.grid.origin_mm
             origin.x, origin.y, origin.z = _triple("origin_mm", origin_mm)
         if extent is not None:
-            size = request.grid.extent
+            size = job.grid.extent
             size.columns, size.rows, size.layers = _counts("extent", extent)
         if region_mm is not None:
             low, high = pair("region_mm", region_mm, "two corners, ((x, y, z), (x, y, z))")
-            for corner, values in ((request.region.box_mm.min_mm, low), (request.region.box_mm.max_mm, high)):
+            for corner, values in ((job.region.box_mm.min_mm, low), (job.region.box_mm.max_mm, high)):
                 corner.x, corner.y, corner.z = _triple("region_mm", values)
-        self._add_planes(request, channels, value_ranges or {}, occupancy, printing, cell_regions, contours)
+        if contours or contours_by_region:
+            job.contours.by_cell_region = contours_by_region
+        self._add_planes(job, channels, value_ranges or {}, occupancy, printing, cell_regions)
         if outside is not None:
-            if not any(plane.WhichOneof("content") == "channel" for plane in request.planes):
+            if not any(plane.WhichOneof("content") == "channel" for plane in job.planes):
                 raise ValueError("outside is what channels hold outside the part, and channels is empty")
-            for plane in request.planes:
+            for plane in job.planes:
                 if plane.WhichOneof("content") == "channel":
                     plane.outside_sample = outside
         if tolerance_mm is not None:
-            request.contour_tolerance_mm = tolerance_mm
+            job.tolerances.contour_mm = tolerance_mm
         if material_tolerance is not None:
-            request.material_tolerance = material_tolerance
-        request.prove_materials = prove_materials
-        request.mesh_id = self._mesh_id(mesh)
-        return request
+            job.tolerances.channel = material_tolerance
+        job.tolerances.prove_channels = prove_materials
+        part.mesh_id = self._mesh_id(mesh)
+        return job
 
-    def _add_planes(self, request: slice_pb2.PlanSlicesRequest, channels: Channels,
-                    value_ranges: Mapping[str, Tuple[float, float]], occupancy: Optional[bool],
-                    printing: Optional[Printing], cell_regions: bool, contours: bool) -> None:
+    def _add_planes(self, job: job_pb2.SliceJob, channels: Channels, value_ranges: Mapping[str, Tuple[float, float]],
+                    occupancy: Optional[bool], printing: Optional[Printing], cell_regions: bool) -> None:
         if isinstance(channels, str):
             raise ValueError(f"channels takes a list of names, as in [{channels!r}]")
         types = dict(channels) if isinstance(channels, Mapping) else {name: "float32" for name in channels}
@@ -528,39 +528,31 @@ class Client:
             raise ValueError(f"value_ranges names {strangers[0]!r}, which channels doesn't")
         # A server of this machine has no slow line before it.
         near = self._server is not None or self.address.startswith("unix:")
-        encoding = slice_pb2.PLANE_ENCODING_RAW
+        encoding = job_pb2.PLANE_ENCODING_RAW
         if not near and _has_zstandard():
-            encoding = slice_pb2.PLANE_ENCODING_RAW_ZSTD
-        if occupancy if occupancy is not None else not (types or printing or cell_regions or contours):
-            plane = request.planes.add(encoding=encoding, sample_type=slice_pb2.SAMPLE_TYPE_BIT)
+            encoding = job_pb2.PLANE_ENCODING_RAW_ZSTD
+        if occupancy if occupancy is not None else not (types or printing or cell_regions or job.HasField("contours")):
+            plane = job.planes.add(encoding=encoding, sample_type=job_pb2.SAMPLE_TYPE_BIT)
             plane.occupancy.SetInParent()
         for name, dtype in types.items():
             kind = np.dtype(dtype).name
             if kind not in _SAMPLE_TYPES:
                 raise ValueError(f"channels[{name!r}] must be one of {', '.join(_SAMPLE_TYPES)}, not {kind}")
-            plane = request.planes.add(encoding=encoding, sample_type=_SAMPLE_TYPES[kind])
+            plane = job.planes.add(encoding=encoding, sample_type=_SAMPLE_TYPES[kind])
             plane.channel.name = name
             if name in value_ranges:
                 plane.value_range.min, plane.value_range.max = number_pair(
                     f"value_ranges[{name!r}]", value_ranges[name], "two numbers, (low, high)")
         if cell_regions:
-            request.planes.add(encoding=encoding, sample_type=slice_pb2.SAMPLE_TYPE_UINT8).cell_regions.SetInParent()
+            job.planes.add(encoding=encoding, sample_type=job_pb2.SAMPLE_TYPE_UINT8).cell_regions.SetInParent()
         if printing is not None:
-            request.planes.add(encoding=encoding, sample_type=slice_pb2.SAMPLE_TYPE_UINT8).materials.SetInParent()
-            request.printing.CopyFrom(printing.message)
+            job.planes.add(encoding=encoding, sample_type=job_pb2.SAMPLE_TYPE_UINT8).materials.SetInParent()
+            job.printing.CopyFrom(printing.message)
 
-    def _slice_from(self, request: slice_pb2.SliceRangeRequest, job: slice_pb2.PlanSlicesRequest,
-                    plan: slice_pb2.PlanSlicesResponse, layers: range,
+    def _slice_from(self, job: job_pb2.SliceJob, plan: plan_pb2.PlanSlicesResponse, layers: range,
                     on_progress: Optional[Callable[[int, int], None]]) -> Iterator[Layer]:
         """Delivers every layer once, however often streams break. Layers of different engines or grids never mix."""
-        for field, value in job.ListFields():
-            target = getattr(request, field.name)
-            if field.label == field.LABEL_REPEATED:
-                target.extend(value)
-            elif field.message_type is not None:
-                target.CopyFrom(value)
-            else:
-                setattr(request, field.name, value)
+        request = slice_pb2.SliceRangeRequest(job=job)
         attempts = _Attempts(self._channel, self._patience_s)
         stream = None
         done = 0
@@ -609,15 +601,18 @@ class Client:
         return self._call(lambda: _read(method((request(batch) for batch in batches), mesh_id), answers))
 
 
-def _place(request: Any, placement: Any) -> None:
-    if placement is None:
-        return
+def _matrix(placement: Any) -> List[float]:
     matrix = floats("placement", placement, "numbers of shape (3, 4) or (4, 4)")
     if matrix.shape not in ((3, 4), (4, 4)):
         raise ValueError(f"placement must have shape (3, 4) or (4, 4), not {matrix.shape}")
     if matrix.shape == (4, 4) and not np.array_equal(matrix[3], (0, 0, 0, 1)):
         raise ValueError(f"placement must have the last row 0, 0, 0, 1, not {matrix[3].tolist()}")
-    request.placement.matrix.extend(matrix[:3].ravel().tolist())
+    return matrix[:3].ravel().tolist()
+
+
+def _place(request: Any, placement: Any) -> None:
+    if placement is not None:
+        request.placement.matrix.extend(_matrix(placement))
 
 
 def _joined(answers: Sequence[Any], field: str, dtype: Any) -> np.ndarray:
@@ -642,18 +637,18 @@ def _has_points(answer: Any, points: int, channels: int) -> bool:
     return all(len(getattr(answer, name)) == count * points for name, count in numbers.items())
 
 
-def _kind(plane: slice_pb2.PlaneSpec) -> Tuple[Any, ...]:
+def _kind(plane: job_pb2.PlaneSpec) -> Tuple[Any, ...]:
     return plane.WhichOneof("content"), plane.channel.name, plane.sample_type, plane.encoding
 
 
 def _layers_of(stream: Any, first: Optional[slice_pb2.SliceRangeResponse], request: slice_pb2.SliceRangeRequest,
-               plan: slice_pb2.PlanSlicesResponse) -> Iterator[Layer]:
+               plan: plan_pb2.PlanSlicesResponse) -> Iterator[Layer]:
     if first is None:
         raise AnswerError("the server's answer is wrong: a stream without a header")
     header = first.header
     fits = (header.mesh_id, header.first_layer, header.layer_count) == (
-        request.mesh_id, request.first_layer, request.layer_count)
-    if not fits or list(map(_kind, header.planes)) != list(map(_kind, request.planes)):
+        request.job.parts[0].mesh_id, request.first_layer, request.layer_count)
+    if not fits or list(map(_kind, header.planes)) != list(map(_kind, request.job.planes)):
         raise AnswerError("the server's answer is wrong: its header belongs to another request")
     if (header.engine_version, header.grid) != (plan.engine_version, plan.grid):
         raise AnswerError("the server's engine or grid isn't that of the plan and the layers so far; slice the whole "

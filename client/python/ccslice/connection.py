@@ -38,6 +38,12 @@ def is_mesh_id(text: str) -> bool:
     return _MESH_ID.fullmatch(text) is not None
 
 
+def _mesh_id_of(request: Any) -> str:
+    """The mesh that a request is about, if any: its own, or that of its job."""
+    job = getattr(request, "job", None)
+    return getattr(request, "mesh_id", "") if job is None else job.parts[0].mesh_id if job.parts else ""
+
+
 def _hosts(target: str) -> List[str]:
     """Those that a target of gRPC's names, in lower case: of dns://AUTHORITY/HOST:PORT, and of lists of numbers."""
     if target.startswith(_GRPC_SCHEMES):
@@ -150,7 +156,7 @@ class Calls:
 
         def call(request: Any, mesh_id: str = "") -> Any:
             """mesh_id: of streams of requests."""
-            answer = send(request, metadata=self._about(mesh_id or getattr(request, "mesh_id", "")))
+            answer = send(request, metadata=self._about(mesh_id or _mesh_id_of(request)))
             require_answer(answer is not None, "there is none")
             return answer
 

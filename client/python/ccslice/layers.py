@@ -9,12 +9,12 @@ from typing import Dict, List, Optional
 import numpy as np
 
 from .errors import AnswerError, require_answer
-from .v1 import slice_pb2
+from .v1 import job_pb2, slice_pb2
 
 _TYPES = {
-    slice_pb2.SAMPLE_TYPE_UINT8: np.dtype("<u1"),
-    slice_pb2.SAMPLE_TYPE_UINT16: np.dtype("<u2"),
-    slice_pb2.SAMPLE_TYPE_FLOAT32: np.dtype("<f4"),
+    job_pb2.SAMPLE_TYPE_UINT8: np.dtype("<u1"),
+    job_pb2.SAMPLE_TYPE_UINT16: np.dtype("<u2"),
+    job_pb2.SAMPLE_TYPE_FLOAT32: np.dtype("<f4"),
 }
 _MOST_CONTOUR_POINTS = 1 << 26  # Of a layer. They take some gigabytes.
 _POINTS_OF_A_LOOP = 5  # As many as take its memory without points.
@@ -40,16 +40,16 @@ class Layer:
     least_fraction_sum: float = 0.0  # Of these.
 
 
-def _sample_bytes(spec: slice_pb2.PlaneSpec, columns: int, rows: int) -> int:
+def _sample_bytes(spec: job_pb2.PlaneSpec, columns: int, rows: int) -> int:
     """As many as the grid has."""
     if spec.sample_type in _TYPES:
         return rows * columns * _TYPES[spec.sample_type].itemsize
     return rows * ((columns + 7) // 8)
 
 
-def _samples(spec: slice_pb2.PlaneSpec, encoded: bytes, columns: int, rows: int) -> bytes:
+def _samples(spec: job_pb2.PlaneSpec, encoded: bytes, columns: int, rows: int) -> bytes:
     size = _sample_bytes(spec, columns, rows)
-    samples = encoded if spec.encoding == slice_pb2.PLANE_ENCODING_RAW else _inflated(encoded, size)
+    samples = encoded if spec.encoding == job_pb2.PLANE_ENCODING_RAW else _inflated(encoded, size)
     require_answer(len(samples) == size, "a plane of another size than the grid's")
     return samples
 
@@ -65,7 +65,7 @@ def _inflated(frame: bytes, size: int) -> bytes:
         raise AnswerError(f"the server's answer is wrong: a plane can't be decoded: {wrong}") from wrong
 
 
-def _picture(spec: slice_pb2.PlaneSpec, samples: bytes, columns: int, rows: int) -> np.ndarray:
+def _picture(spec: job_pb2.PlaneSpec, samples: bytes, columns: int, rows: int) -> np.ndarray:
     if spec.sample_type in _TYPES:
         return np.frombuffer(samples, _TYPES[spec.sample_type]).reshape(rows, columns)
     packed = np.frombuffer(samples, np.uint8).reshape(rows, -1)
@@ -172,7 +172,7 @@ class Assembler:
         return layer
 
     @staticmethod
-    def _place(layer: Layer, spec: slice_pb2.PlaneSpec, picture: np.ndarray) -> None:
+    def _place(layer: Layer, spec: job_pb2.PlaneSpec, picture: np.ndarray) -> None:
         content = spec.WhichOneof("content")
         if content == "channel":
             layer.channels[spec.channel.name] = picture

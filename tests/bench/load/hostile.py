@@ -80,8 +80,10 @@ def _half_sent(job, beside_previews=False):
     return figures
 
 
-# Of SliceRangeRequest.planes, just below what a request may have (kMaxJobRequestBytes).
-_GROWING = b"\x32\x00" * (((2 << 20) - 4096) // 2)
+# A SliceRangeRequest whose job is of empty planes, just below what a request may have (kMaxJobRequestBytes). The length
+# of the job takes 3 bytes, 7 bits each.
+_PLANES = b"\x2a\x00" * (((2 << 20) - 4096) // 2)
+_GROWING = b"\x0a" + bytes([len(_PLANES) & 127 | 128, len(_PLANES) >> 7 & 127 | 128, len(_PLANES) >> 14]) + _PLANES
 
 
 def _amplified(job):
@@ -247,12 +249,13 @@ class _Attacks:
             list(channel.unary_stream("/ccslice.v1.SlicerService/SliceRange")(_GROWING))
 
     def _cross_rows(self, calls):
-        from ccslice.v1 import slice_pb2
-        request = slice_pb2.SliceRangeRequest(mesh_id=self._mesh_id, first_layer=0, layer_count=8,
-                                              contour_tolerance_mm=0.2)
-        pitch = request.grid.pitch
+        from ccslice.v1 import job_pb2, slice_pb2
+        request = slice_pb2.SliceRangeRequest(first_layer=0, layer_count=8)
+        request.job.parts.add(mesh_id=self._mesh_id)
+        request.job.tolerances.contour_mm = 0.2
+        pitch = request.job.grid.pitch
         pitch.x_mm, pitch.y_mm, pitch.z_mm = 13 / 8, 13 / 65536, 13 / 10
-        request.planes.add(encoding=slice_pb2.PLANE_ENCODING_RAW_ZSTD).occupancy.SetInParent()
+        request.job.planes.add(encoding=job_pb2.PLANE_ENCODING_RAW_ZSTD).occupancy.SetInParent()
         for _ in calls.SliceRange(request):
             self.ends["cross_rows: messages"] += 1
 

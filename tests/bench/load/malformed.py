@@ -60,9 +60,7 @@ def _call(channel, method, messages):
 
 def _good(mesh_id, jobs):
     """A good request of each method, serialized."""
-    from ccslice.v1 import info_pb2, mesh_pb2, points_pb2, preview_pb2, slice_pb2, surface_pb2
-    plan = slice_pb2.PlanSlicesRequest(mesh_id=mesh_id)
-    plan.grid.CopyFrom(jobs.request(64).grid)
+    from ccslice.v1 import info_pb2, mesh_pb2, plan_pb2, points_pb2, preview_pb2, surface_pb2
     messages = {
         "GetServerInfo": info_pb2.GetServerInfoRequest(),
         "FindMissingMeshes": mesh_pb2.FindMissingMeshesRequest(mesh_ids=[mesh_id]),
@@ -70,7 +68,7 @@ def _good(mesh_id, jobs):
         "GetMesh": mesh_pb2.GetMeshRequest(mesh_id=mesh_id),
         "ListMeshes": mesh_pb2.ListMeshesRequest(page_size=3),
         "DeleteMesh": mesh_pb2.DeleteMeshRequest(mesh_id="sha256:" + 64 * "0"),
-        "PlanSlices": plan,
+        "PlanSlices": plan_pb2.PlanSlicesRequest(job=jobs.request(64).job),
         "SliceRange": jobs.request(64, 3, 1),
         "TessellateBoundary": surface_pb2.TessellateBoundaryRequest(mesh_id=mesh_id, chord_tolerance_mm=1),
         "UploadMesh": mesh_pb2.UploadMeshRequest(start={"mesh_id": mesh_id, "size_bytes": 100}),

@@ -23,8 +23,8 @@ _MB_OF_MIB = 1.048576
 
 
 def _raw(request):
-    from ccslice.v1 import slice_pb2
-    request.planes[0].encoding = slice_pb2.PLANE_ENCODING_RAW
+    from ccslice.v1 import job_pb2
+    request.job.planes[0].encoding = job_pb2.PLANE_ENCODING_RAW
     return request
 
 

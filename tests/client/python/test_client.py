@@ -26,7 +26,7 @@ import ccslice
 import ccslice.client
 import ccslice.errors
 from ccslice import connection, layers, preview
-from ccslice.v1 import info_pb2, mesh_pb2, points_pb2, preview_pb2, slice_pb2, surface_pb2
+from ccslice.v1 import info_pb2, job_pb2, mesh_pb2, plan_pb2, points_pb2, preview_pb2, slice_pb2, surface_pb2
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(REPOSITORY / "tests/support"))
@@ -74,8 +74,8 @@ def missing_mesh(mesh_id):
 def with_raw_planes(open_stream):
     """Asks for planes as they are, whether there is zstandard or not."""
     def asked(request):
-        for plane in request.planes:
-            plane.encoding = slice_pb2.PLANE_ENCODING_RAW
+        for plane in request.job.planes:
+            plane.encoding = job_pb2.PLANE_ENCODING_RAW
         return open_stream(request)
 
     return asked
@@ -317,7 +317,7 @@ class Values(unittest.TestCase):
         with self.assertRaises(ccslice.CallError) as caught:
             self.client.plan(self.mesh, -1)
         self.assertEqual(caught.exception.reason, "PITCH_INVALID")
-        self.assertEqual(caught.exception.metadata["field"], "grid.pitch.x_mm")
+        self.assertEqual(caught.exception.metadata["field"], "job.grid.pitch.x_mm")
         with self.assertRaises(ccslice.CallError) as caught:
             list(self.client.slice(self.mesh, 1, channels=["nosuch"]))
         self.assertEqual(caught.exception.reason, "CHANNEL_UNKNOWN")
@@ -537,7 +537,7 @@ class EndlessAnswers(unittest.TestCase):
         header = slice_pb2.SliceHeader(layer_count=1)
         header.grid.extent.columns, header.grid.extent.rows = 100, 100
         if not loops_only:
-            header.planes.add(encoding=slice_pb2.PLANE_ENCODING_RAW, sample_type=slice_pb2.SAMPLE_TYPE_UINT8)
+            header.planes.add(encoding=job_pb2.PLANE_ENCODING_RAW, sample_type=job_pb2.SAMPLE_TYPE_UINT8)
         return header
 
     def objection(self, assembler, messages):
@@ -743,14 +743,14 @@ class LyingServers(unittest.TestCase):
         def lost(request, context):
             message = slice_pb2.SliceRangeResponse()
             message.header.mesh_id, message.header.layer_count = mesh.id, 1
-            message.header.planes.add(encoding=slice_pb2.PLANE_ENCODING_RAW, sample_type=slice_pb2.SAMPLE_TYPE_BIT)
+            message.header.planes.add(encoding=job_pb2.PLANE_ENCODING_RAW, sample_type=job_pb2.SAMPLE_TYPE_BIT)
             message.header.planes[0].occupancy.SetInParent()
             yield message
             context.set_trailing_metadata((("grpc-status-details-bin", missing_mesh(mesh.id)),))
             context.abort(grpc.StatusCode.FAILED_PRECONDITION, "it isn't here")
 
         client = self.client_of({"UploadMesh": [mesh_pb2.UploadMeshResponse()], "SliceRange": lost,
-                                 "PlanSlices": [slice_pb2.PlanSlicesResponse(layer_count=1)]})
+                                 "PlanSlices": [plan_pb2.PlanSlicesResponse(layer_count=1)]})
         client._stub.SliceRange = with_raw_planes(client._stub.SliceRange)
         with self.assertRaises(ccslice.CallError) as caught:
             list(client.slice(mesh, 1))

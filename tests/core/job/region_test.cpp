@@ -34,9 +34,11 @@ Grid small_grid() {
   return grid;
 }
 
-ErrorCode code_of(const RegionRequest& request, std::string* field = nullptr) {
+/// What `plan` throws.
+template <typename Plan>
+ErrorCode code_of(const Plan& plan, std::string* field) {
   try {
-    plan_region(small_grid(), request);
+    plan();
   } catch (const Error& error) {
     if (field != nullptr) *field = error.field();
     EXPECT_NE(std::string(error.what()).find(error.field()), std::string::npos) << error.what();
@@ -45,66 +47,65 @@ ErrorCode code_of(const RegionRequest& request, std::string* field = nullptr) {
   return ErrorCode{0};
 }
 
-RegionRequest box(const Vec3& low, const Vec3& high) {
-  RegionRequest request;
-  request.box_mm.emplace();
-  request.box_mm->min() = low;
-  request.box_mm->max() = high;
-  return request;
+ErrorCode code_of(const Box3& box_mm, std::string* field = nullptr) {
+  return code_of([&] { region_of_box(small_grid(), box_mm); }, field);
 }
 
-RegionRequest voxels(const VoxelRegion& region) { return {.voxels = region, .box_mm = {}}; }
-
-TEST(PlanRegion, TakesVoxelsAsTheyAre) {
-  const VoxelRegion region = plan_region(small_grid(), voxels({1, 2, 3, {7, 10, 17}}));
-  EXPECT_EQ(region.window(), (LayerWindow{1, 2, 7, 10}));
-  EXPECT_EQ(region.first_layer, 3u);
-  EXPECT_EQ(region.end_layer(), 20u);
+ErrorCode code_of(const VoxelRegion& region, std::string* field = nullptr) {
+  return code_of([&] { validate_region(small_grid(), region); }, field);
 }
 
-TEST(PlanRegion, TakesTheVoxelsWhoseCentresAreInTheBox) {
+Box3 box(const Vec3& low, const Vec3& high) {
+  Box3 box_mm;
+  box_mm.min() = low;
+  box_mm.max() = high;
+  return box_mm;
+}
+
+TEST(ValidateRegion, TakesVoxelsOfTheGrid) {
+  EXPECT_EQ(code_of(VoxelRegion{1, 2, 3, {7, 10, 17}}), ErrorCode{0});
+  EXPECT_EQ((VoxelRegion{1, 2, 3, {7, 10, 17}}.window()), (LayerWindow{1, 2, 7, 10}));
+  EXPECT_EQ((VoxelRegion{1, 2, 3, {7, 10, 17}}.end_layer()), 20u);
+}
+
+TEST(RegionOfBox, TakesTheVoxelsWhoseCentresAreInTheBox) {
   // Centres along x: 10.25, 10.75, 11.25, ...; the lower bound holds, the upper one doesn't.
-  const VoxelRegion region = plan_region(small_grid(), box({10.25, 20.2, 30.05}, {11.25, 21.1, 30.26}));
+  const VoxelRegion region = region_of_box(small_grid(), box({10.25, 20.2, 30.05}, {11.25, 21.1, 30.26}));
   EXPECT_EQ(region.window(), (LayerWindow{0, 1, 2, 3}));
   EXPECT_EQ(region.first_layer, 0u);
   EXPECT_EQ(region.extent.layers, 3u);
 }
 
-TEST(PlanRegion, LeavesOutWhatOfTheBoxIsOutsideOfTheGrid) {
-  const VoxelRegion region = plan_region(small_grid(), box({0, 22, 31}, {100, 100, 100}));
+TEST(RegionOfBox, LeavesOutWhatOfTheBoxIsOutsideOfTheGrid) {
+  const VoxelRegion region = region_of_box(small_grid(), box({0, 22, 31}, {100, 100, 100}));
   EXPECT_EQ(region.window(), (LayerWindow{0, 8, 8, 4}));
   EXPECT_EQ(region.first_layer, 10u);
   EXPECT_EQ(region.end_layer(), 20u);
 }
 
-TEST(PlanRegion, CutsTheGridIntoBoxesThatShareNoVoxel) {
+TEST(RegionOfBox, CutsTheGridIntoBoxesThatShareNoVoxel) {
   const Grid grid = small_grid();
   for (double cut = 10.01; cut < 13.9; cut += 0.13) {
-    const VoxelRegion left = cut <= 10.25 ? VoxelRegion{} : plan_region(grid, box({10, 20, 30}, {cut, 23, 32}));
+    const VoxelRegion left = cut <= 10.25 ? VoxelRegion{} : region_of_box(grid, box({10, 20, 30}, {cut, 23, 32}));
     const VoxelRegion right =
-        cut > 13.75 ? VoxelRegion{8, 0, 0, {}} : plan_region(grid, box({cut, 20, 30}, {14, 23, 32}));
+        cut > 13.75 ? VoxelRegion{8, 0, 0, {}} : region_of_box(grid, box({cut, 20, 30}, {14, 23, 32}));
     EXPECT_EQ(left.extent.columns, right.first_column) << cut;
     EXPECT_EQ(left.extent.columns + right.extent.columns, 8u) << cut;
   }
 }
 
-TEST(PlanRegion, RefusesWhatIsNoRegionAndNamesTheField) {
+TEST(ValidateRegion, RefusesWhatIsNoRegionAndNamesTheField) {
   std::string field;
-  EXPECT_EQ(code_of({}, &field), ErrorCode::kRegionAmbiguous);
-  EXPECT_EQ(field, "region");
-  RegionRequest both = box({10, 20, 30}, {11, 21, 31});
-  both.voxels = VoxelRegion{0, 0, 0, {1, 1, 1}};
-  EXPECT_EQ(code_of(both), ErrorCode::kRegionAmbiguous);
-  EXPECT_EQ(code_of(voxels({0, 0, 0, {1, 0, 1}}), &field), ErrorCode::kRegionEmpty);
+  EXPECT_EQ(code_of(VoxelRegion{0, 0, 0, {1, 0, 1}}, &field), ErrorCode::kRegionEmpty);
   EXPECT_EQ(field, "region.voxels.extent.rows");
-  EXPECT_EQ(code_of(voxels({8, 0, 0, {1, 1, 1}}), &field), ErrorCode::kRegionOutOfGrid);
+  EXPECT_EQ(code_of(VoxelRegion{8, 0, 0, {1, 1, 1}}, &field), ErrorCode::kRegionOutOfGrid);
   EXPECT_EQ(field, "region.voxels.first_column");
-  EXPECT_EQ(code_of(voxels({0, 0, 19, {1, 1, 2}}), &field), ErrorCode::kRegionOutOfGrid);
+  EXPECT_EQ(code_of(VoxelRegion{0, 0, 19, {1, 1, 2}}, &field), ErrorCode::kRegionOutOfGrid);
   EXPECT_EQ(field, "region.voxels.extent.layers");
-  EXPECT_EQ(code_of(voxels({4'294'967'295u, 0, 0, {4'294'967'295u, 1, 1}})), ErrorCode::kRegionOutOfGrid);
+  EXPECT_EQ(code_of(VoxelRegion{4'294'967'295u, 0, 0, {4'294'967'295u, 1, 1}}), ErrorCode::kRegionOutOfGrid);
 }
 
-TEST(PlanRegion, RefusesBoxesThatAreNone) {
+TEST(RegionOfBox, RefusesBoxesThatAreNone) {
   std::string field;
   const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
   EXPECT_EQ(code_of(box({10, nan, 30}, {11, 21, 31}), &field), ErrorCode::kRegionNonFinite);

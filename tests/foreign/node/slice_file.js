@@ -100,19 +100,25 @@ function expect(condition, what) {
   if (!condition) throw new Error(what);
 }
 
+/** A job of the mesh as it is. */
+function jobOn(meshId, grid) {
+  return {parts: [{mesh_id: meshId}], grid};
+}
+
 /** The occupancy as it is, and a channel as 8 bit, as it is and as PNG: {layer: checksums of the decoded planes}. */
 async function sliceLayers(slicer, meshId, channel) {
   const stiffness = {channel: {name: channel}, sample_type: 'SAMPLE_TYPE_UINT8'};
   const stream = slicer.SliceRange({
-    mesh_id: meshId,
-    grid: voxelGrid(),
+    job: {
+      ...jobOn(meshId, voxelGrid()),
+      planes: [
+        {occupancy: {}, encoding: 'PLANE_ENCODING_RAW'},
+        {...stiffness, encoding: 'PLANE_ENCODING_RAW'},
+        {...stiffness, encoding: 'PLANE_ENCODING_PNG'},
+      ],
+    },
     first_layer: FIRST_LAYER,
     layer_count: LAYERS,
-    planes: [
-      {occupancy: {}, encoding: 'PLANE_ENCODING_RAW'},
-      {...stiffness, encoding: 'PLANE_ENCODING_RAW'},
-      {...stiffness, encoding: 'PLANE_ENCODING_PNG'},
-    ],
   });
   const layers = {};
   let planes = [];
@@ -188,7 +194,7 @@ async function main(address, file, channel, authority, tokenFile) {
   const credentials = channelCredentials(authority, tokenFile);
   const slicer = new SlicerService(address, credentials);
   const meshId = await upload(slicer, fs.readFileSync(file));
-  const plan = await call(slicer, 'PlanSlices', {mesh_id: meshId, grid: voxelGrid()});
+  const plan = await call(slicer, 'PlanSlices', {job: jobOn(meshId, voxelGrid())});
   const box = plan.grid.part_box;
   const middle = ['x', 'y', 'z'].map((axis) => (box.min_mm[axis] + box.max_mm[axis]) / 2);
   console.log(JSON.stringify({
@@ -198,8 +204,7 @@ async function main(address, file, channel, authority, tokenFile) {
     layer_count: plan.layer_count,
     layers: await sliceLayers(slicer, meshId, channel),
     probed: await probe(slicer, meshId, middle),
-    failure: await failure(
-        slicer, 'PlanSlices', {mesh_id: meshId, grid: {pitch: {x_mm: -1, y_mm: 1, z_mm: 1}}}),
+    failure: await failure(slicer, 'PlanSlices', {job: jobOn(meshId, {pitch: {x_mm: -1, y_mm: 1, z_mm: 1}})}),
   }));
   slicer.close();
 }

@@ -26,7 +26,7 @@ import grpc
 import zstandard
 from PIL import Image
 
-from ccslice.v1 import mesh_pb2, points_pb2, service_pb2_grpc, slice_pb2
+from ccslice.v1 import job_pb2, mesh_pb2, plan_pb2, points_pb2, service_pb2_grpc, slice_pb2
 from google.rpc import error_details_pb2, status_pb2
 import reflection_pb2
 import reflection_pb2_grpc
@@ -72,16 +72,20 @@ def upload(slicer, mesh):
 
 
 def voxel_grid():
-    return slice_pb2.GridSpec(pitch=slice_pb2.VoxelPitch(x_mm=PITCH_MM, y_mm=PITCH_MM, z_mm=PITCH_MM))
+    return job_pb2.GridSpec(pitch=job_pb2.VoxelPitch(x_mm=PITCH_MM, y_mm=PITCH_MM, z_mm=PITCH_MM))
+
+
+def job(mesh_id, grid, planes=()):
+    return job_pb2.SliceJob(parts=[job_pb2.Part(mesh_id=mesh_id)], grid=grid, planes=planes)
 
 
 def planes():
     """The occupancy, and the same channel as 8 bit in three encodings."""
-    stiffness = slice_pb2.ChannelContent(name="stiffness")
-    encodings = (slice_pb2.PLANE_ENCODING_RAW, slice_pb2.PLANE_ENCODING_RAW_ZSTD, slice_pb2.PLANE_ENCODING_PNG)
-    occupancy = slice_pb2.PlaneSpec(occupancy=slice_pb2.OccupancyContent(), encoding=slice_pb2.PLANE_ENCODING_RAW_ZSTD)
+    stiffness = job_pb2.ChannelContent(name="stiffness")
+    encodings = (job_pb2.PLANE_ENCODING_RAW, job_pb2.PLANE_ENCODING_RAW_ZSTD, job_pb2.PLANE_ENCODING_PNG)
+    occupancy = job_pb2.PlaneSpec(occupancy=job_pb2.OccupancyContent(), encoding=job_pb2.PLANE_ENCODING_RAW_ZSTD)
     return [occupancy] + [
-        slice_pb2.PlaneSpec(channel=stiffness, sample_type=slice_pb2.SAMPLE_TYPE_UINT8, encoding=encoding)
+        job_pb2.PlaneSpec(channel=stiffness, sample_type=job_pb2.SAMPLE_TYPE_UINT8, encoding=encoding)
         for encoding in encodings
     ]
 
@@ -94,9 +98,9 @@ def grey_png(file):
 
 
 def decoded(encoded, encoding):
-    if encoding == slice_pb2.PLANE_ENCODING_RAW_ZSTD:
+    if encoding == job_pb2.PLANE_ENCODING_RAW_ZSTD:
         return zstandard.ZstdDecompressor().decompress(encoded)
-    return grey_png(encoded) if encoding == slice_pb2.PLANE_ENCODING_PNG else encoded
+    return grey_png(encoded) if encoding == job_pb2.PLANE_ENCODING_PNG else encoded
 
 
 def occupied(bits, columns):
@@ -108,7 +112,7 @@ def occupied(bits, columns):
 def slice_layers(slicer, mesh_id):
     """Layer by layer: the samples of every plane, decoded and checked."""
     request = slice_pb2.SliceRangeRequest(
-        mesh_id=mesh_id, grid=voxel_grid(), planes=planes(), first_layer=LAYERS.start, layer_count=len(LAYERS))
+        job=job(mesh_id, voxel_grid(), planes()), first_layer=LAYERS.start, layer_count=len(LAYERS))
     header, encoded = None, []
     for message in slicer.SliceRange(request):
         event = message.WhichOneof("event")
@@ -164,8 +168,8 @@ def main(*where):
     with open_channel(*where) as channel:
         slicer = service_pb2_grpc.SlicerServiceStub(channel)
         mesh_id = upload(slicer, bar(cells=4, side_mm=5))
-        plan = slicer.PlanSlices(slice_pb2.PlanSlicesRequest(mesh_id=mesh_id, grid=voxel_grid()))
-        no_pitch = slice_pb2.GridSpec(pitch=slice_pb2.VoxelPitch(x_mm=-1, y_mm=1, z_mm=1))
+        plan = slicer.PlanSlices(plan_pb2.PlanSlicesRequest(job=job(mesh_id, voxel_grid())))
+        no_pitch = job_pb2.GridSpec(pitch=job_pb2.VoxelPitch(x_mm=-1, y_mm=1, z_mm=1))
         print(json.dumps({
             "services": service_names(channel),
             "mesh_id": mesh_id,
@@ -173,7 +177,7 @@ def main(*where):
             "layer_count": plan.layer_count,
             "layers": {layer: [zlib.crc32(plane) for plane in samples] for layer, samples in slice_layers(slicer, mesh_id)},
             "probed": probe(slicer, mesh_id, [(10, 2.5, 2.5), (-10, 0, 0)]),
-            "failure": failure(slicer.PlanSlices, slice_pb2.PlanSlicesRequest(mesh_id=mesh_id, grid=no_pitch)),
+            "failure": failure(slicer.PlanSlices, plan_pb2.PlanSlicesRequest(job=job(mesh_id, no_pitch))),
         }))
 
 

@@ -27,18 +27,18 @@ int main(int argc, char** argv) {
     const auto mesh = std::make_shared<const client::MeshBytes>(control_mesh);
     client.ensure_uploaded(mesh);
     v1::PlanSlicesRequest plan;
-    plan.set_mesh_id(mesh->id());
-    v1::VoxelPitch& pitch = *plan.mutable_grid()->mutable_pitch();
+    plan.mutable_job()->add_parts()->set_mesh_id(mesh->id());
+    v1::VoxelPitch& pitch = *plan.mutable_job()->mutable_grid()->mutable_pitch();
     pitch.set_x_mm(std::stod(argv[3]));
     pitch.set_y_mm(pitch.x_mm());
     pitch.set_z_mm(pitch.x_mm());
-    plan.add_planes()->mutable_occupancy();
-    plan.mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_BIT);
-    plan.mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
+    plan.mutable_job()->add_planes()->mutable_occupancy();
+    plan.mutable_job()->mutable_planes(0)->set_sample_type(v1::SAMPLE_TYPE_BIT);
+    plan.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
     v1::SliceRangeRequest request;
-    request.set_mesh_id(plan.mesh_id());
-    *request.mutable_grid() = plan.grid();
-    *request.mutable_planes() = plan.planes();
+    request.mutable_job()->add_parts()->set_mesh_id(plan.job().parts(0).mesh_id());
+    *request.mutable_job()->mutable_grid() = plan.job().grid();
+    *request.mutable_job()->mutable_planes() = plan.job().planes();
     request.set_layer_count(client.plan(plan).layer_count());
     std::uint64_t voxels = 0;
     client.slice(request,
