@@ -3,8 +3,10 @@
 
 #include "client/cli/manifest.h"
 
+#include <cctype>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "client/cli/json_fields.h"
 #include "client/cli/message_json.h"
@@ -28,42 +30,24 @@ const char* name_of(v1::SampleType type) {
   }
 }
 
-const char* name_of(v1::PlanWarningKind kind) {
-  switch (kind) {
-    case v1::PLAN_WARNING_KIND_FOLDS: return "folds";
-    case v1::PLAN_WARNING_KIND_INVERTED_CELLS: return "inverted_cells";
-    case v1::PLAN_WARNING_KIND_PART_CLIPPED: return "part_clipped";
-    case v1::PLAN_WARNING_KIND_GRID_EMPTY: return "grid_empty";
-    case v1::PLAN_WARNING_KIND_THINNER_THAN_VOXEL: return "thinner_than_voxel";
-    case v1::PLAN_WARNING_KIND_COARSE_TOLERANCE: return "coarse_tolerance";
-    case v1::PLAN_WARNING_KIND_MIRRORED: return "mirrored";
-    case v1::PLAN_WARNING_KIND_TOO_MANY_MATERIALS: return "too_many_materials";
-    case v1::PLAN_WARNING_KIND_TOO_FEW_LAYERS: return "too_few_layers";
-    case v1::PLAN_WARNING_KIND_LARGER_THAN_TRAY: return "larger_than_tray";
-    case v1::PLAN_WARNING_KIND_AXES_MIXED_UP: return "axes_mixed_up";
-    case v1::PLAN_WARNING_KIND_PRINTER_PITCH: return "printer_pitch";
-    case v1::PLAN_WARNING_KIND_DEVIATION: return "deviation";
-    case v1::PLAN_WARNING_KIND_VALUES_OFF_MAP: return "values_off_map";
-    case v1::PLAN_WARNING_KIND_THIN_FEATURE: return "thin_feature";
-    case v1::PLAN_WARNING_KIND_OVERLAP: return "overlap";
-    case v1::PLAN_WARNING_KIND_FRACTIONS_BELOW_ONE: return "fractions_below_one";
-    default: return "other";
-  }
+/// "part_clipped" of PLAN_WARNING_KIND_PART_CLIPPED.
+std::string name_of(v1::PlanWarningKind kind) {
+  constexpr std::string_view kPrefix = "PLAN_WARNING_KIND_";
+  if (kind == v1::PLAN_WARNING_KIND_UNSPECIFIED || !v1::PlanWarningKind_IsValid(kind)) return "other";
+  std::string name = v1::PlanWarningKind_Name(kind).substr(kPrefix.size());
+  for (char& c : name) c = static_cast<char>(std::tolower(c));
+  return name;
 }
 
 void add_vector(const v1::Vector3& vector, JsonWriter& json) {
   json.begin_array().value(vector.x()).value(vector.y()).value(vector.z()).end_array();
 }
 
-const char* content_of(const v1::PlaneSpec& plane) {
-  switch (plane.content_case()) {
-    case v1::PlaneSpec::kChannel: return "channel";
-    case v1::PlaneSpec::kChannels: return "channels";
-    case v1::PlaneSpec::kMaterials: return "materials";
-    case v1::PlaneSpec::kMaterialMask: return "material_mask";
-    case v1::PlaneSpec::kCellRegions: return "cell_regions";
-    default: return "occupancy";
-  }
+/// The name of the field that says it.
+std::string content_of(const v1::PlaneSpec& plane) {
+  const auto* const content = plane.GetDescriptor()->FindOneofByName("content");
+  const auto* const field = plane.GetReflection()->GetOneofFieldDescriptor(plane, content);
+  return field == nullptr ? "occupancy" : field->name();
 }
 
 /// What a picture of channels holds outside the part. JSON has no NaN.
