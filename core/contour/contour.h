@@ -54,6 +54,7 @@ struct ContourPoint {
 /// round holes (mirrored placements included). At least three points.
 struct ContourLoop {
   std::vector<ContourPoint> points;
+  std::uint32_t part = 0;  // Of a layer of several parts: whose it is.
 };
 
 /// An edge of the contours of cell regions: of a loop or of an interface.

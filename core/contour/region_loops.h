@@ -20,6 +20,7 @@ namespace ccslice {
 struct RegionLoop {
   std::uint8_t region = 0;
   std::vector<Vec2> points;  // In the plane's coordinates, mm.
+  std::uint32_t part = 0;    // Of a layer of several parts: whose it is.
 };
 
 /// By region, and for each region in a canonical order, whatever the order of the edges. Throws Error{kCancelled}, and

@@ -175,6 +175,12 @@ void ContonePlane::set_cubic(std::size_t index, std::uint32_t first, std::uint32
   write_cubic<std::uint16_t, double>(row, count, &samples_[2 * index]);
 }
 
+void ContonePlane::copy_run(const ContonePlane& from, std::size_t from_index, std::size_t to_index,
+                            std::uint32_t count) noexcept {
+  const std::size_t size = bytes_per_sample(type_);
+  std::memcpy(&samples_[size * to_index], &from.samples_[size * from_index], size * count);
+}
+
 void ContonePlane::copy(std::size_t from_index, std::size_t to_index) noexcept {
   const std::size_t size = bytes_per_sample(type_);
   std::memcpy(&samples_[size * to_index], &samples_[size * from_index], size);

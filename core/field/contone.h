@@ -48,6 +48,8 @@ class ContonePlane {
   void set_cubic(std::size_t index, std::uint32_t first, std::uint32_t count, double t0, double dt,
                  const std::array<double, 4>& c) noexcept;
   void copy(std::size_t from_index, std::size_t to_index) noexcept;
+  /// Takes `count` voxels from another plane of the same sample type.
+  void copy_run(const ContonePlane& from, std::size_t from_index, std::size_t to_index, std::uint32_t count) noexcept;
 
   std::uint32_t channel() const noexcept { return channel_; }
   SampleImage image() const noexcept { return {type_, width_, height_, samples_}; }

@@ -51,9 +51,10 @@ VoxelRegion region_of(const SliceJob& job);
 /// Some plane shows cell regions.
 bool shows_cell_regions(const SliceJob& job);
 
-/// Counts of the region's voxels.
+/// Counts of the region's voxels. Where parts overlap, those of channels and maps count a voxel once for each part.
 struct LayerStats {
   std::uint64_t voxels_inside = 0;
+  std::uint64_t voxels_covered = 0;       // Of parts, that belong to another part: once for each.
   std::uint64_t voxels_coherent = 0;      // Inverted from a neighbour's parameter.
   std::uint64_t voxels_full = 0;          // Inverted by the whole candidate search.
   std::uint64_t voxels_interpolated = 0;  // By polynomials, within the tolerance.

@@ -19,7 +19,7 @@
 #include "core/raster/occupancy.h"
 #include "core/raster/region_runs.h"
 #include "core/slicer/channel_tolerances.h"
-#include "core/slicer/layer_planes.h"
+#include "core/slicer/part_planes.h"
 
 namespace ccslice {
 namespace {
@@ -81,7 +81,7 @@ class PlanePainter::State {
   std::vector<RegionRun> regions_of(const SliceJob& layer, const Contours& contours, std::span<const VoxelRun> spans,
                                     const CancellationToken& cancel) const;
   void evaluate(const SliceJob& layer, std::span<const VoxelRun> spans, std::span<const RegionRun> regions,
-                PreviewStage stage, LayerPlanes& planes, const CancellationToken& cancel);
+                PreviewStage stage, PartPlanes& planes, const CancellationToken& cancel);
 
   const HalftonePlan* plan_of(const PreviewJob& job, const CancellationToken& cancel);
 
@@ -185,7 +185,7 @@ std::vector<RegionRun> PlanePainter::State::regions_of(const SliceJob& layer, co
 }
 
 void PlanePainter::State::evaluate(const SliceJob& layer, std::span<const VoxelRun> spans,
-                                   std::span<const RegionRun> regions, PreviewStage stage, LayerPlanes& planes,
+                                   std::span<const RegionRun> regions, PreviewStage stage, PartPlanes& planes,
                                    const CancellationToken& cancel) {
   const LayerLattice lattice = layer.grid.lattice();
   planes.clear(window_of(lattice), cancel);
@@ -207,7 +207,7 @@ PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage st
   const std::vector<VoxelRun> spans = rasterize(contours, layer.grid.lattice(), {}, cancel);
   std::vector<RegionRun> regions;
   if (job.show.content != PreviewContent::kOccupancy) regions = regions_of(layer, contours, spans, cancel);
-  LayerPlanes planes(layer, solid_->summary());
+  PartPlanes planes(layer, solid_->summary());
   evaluate(layer, spans, regions, stage, planes, cancel);
   std::vector<SampleImage> values;
   for (const ContonePlane& channel : planes.channels()) values.push_back(channel.image());

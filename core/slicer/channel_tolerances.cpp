@@ -9,7 +9,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/slicer/layer_planes.h"
+#include "core/slicer/part_planes.h"
 
 namespace ccslice {
 namespace {

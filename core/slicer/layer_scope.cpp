@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "core/slicer/layer_planes.h"
+#include "core/slicer/part_planes.h"
 
 namespace ccslice {
 

@@ -1,17 +1,19 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A layer from first to last: contours -> occupancy -> materials -> halftone -> encoded planes [Luu19, Fig. 1]. A layer
-// depends on the job and its absolute index only, so any split of a range over threads, calls or replicas gives the
-// same bytes. A region is a crop of the whole, to the bit; rows far from it are left out of the work.
+// A layer from first to last: each part is painted (slicer/part_painter.h), and all are composed and encoded
+// (slicer/layer_composer.h). A layer depends on the job and its absolute index only, so any split of a range over
+// threads, calls or replicas gives the same bytes. A region is a crop of the whole, to the bit.
 
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "core/base/cancellation.h"
+#include "core/job/placed_part.h"
 #include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
 
@@ -20,10 +22,12 @@ namespace ccslice {
 /// One thread's worker. Holds scratch memory of one layer, and of what paints a slab of them.
 class LayerSlicer {
  public:
-  /// `tiles_fit`: SlicerMemory::tiles_fit of the job, if that is known. REQUIRES: validate_job(*solid, job) passes.
-  /// Throws Error{kCancelled}.
+  /// `tiles_fit`: SlicerMemory::tiles_fit of the parts, or nothing. REQUIRES: PlacedParts. Throws Error{kCancelled}.
+  explicit LayerSlicer(PlacedParts parts, const CancellationToken& cancel = {},
+                       std::span<const std::optional<bool>> tiles_fit = {});
+  /// Of a job of one part. REQUIRES: validate_job(*solid, job) passes.
   LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job, const CancellationToken& cancel = {},
-              std::optional<bool> tiles_fit = {});
+              std::span<const std::optional<bool>> tiles_fit = {});
   ~LayerSlicer();
   LayerSlicer(LayerSlicer&&) noexcept;
   LayerSlicer& operator=(LayerSlicer&&) noexcept;

@@ -29,11 +29,11 @@ void validate_layer_range(const SliceJob& job, std::uint32_t first, std::uint32_
               starts_within ? "layer_count" : "first_layer");
 }
 
-void slice_range(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job, std::uint32_t first,
-                 std::uint32_t count, const std::function<void(Layer&&)>& on_layer, const SliceRangeOptions& options) {
-  validate_layer_range(job, first, count);
+void slice_range(const PlacedParts& parts, std::uint32_t first, std::uint32_t count,
+                 const std::function<void(Layer&&)>& on_layer, const SliceRangeOptions& options) {
+  validate_layer_range(parts.front().job, first, count);
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
-  const LayerSlicer prototype(solid, job, options.cancel);
+  const LayerSlicer prototype(parts, options.cancel);
   tbb::enumerable_thread_specific<LayerSlicer> slicers([&] { return prototype.twin(); });
   const auto slabs = slabs_of_range(first, count);
   // Layers in flight live here: the pipeline would leak what it holds when a stage throws.
@@ -61,6 +61,11 @@ void slice_range(const std::shared_ptr<const LimitSolid>& solid, const SliceJob&
                                tbb::make_filter<std::size_t, std::size_t>(filter_mode::parallel, slice_slab) &
                                tbb::make_filter<std::size_t, void>(filter_mode::serial_in_order, deliver));
   });
+}
+
+void slice_range(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job, std::uint32_t first,
+                 std::uint32_t count, const std::function<void(Layer&&)>& on_layer, const SliceRangeOptions& options) {
+  slice_range(PlacedParts{{"", solid, job}}, first, count, on_layer, options);
 }
 
 }  // namespace ccslice

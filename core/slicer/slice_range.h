@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "core/base/cancellation.h"
+#include "core/job/placed_part.h"
 #include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
 
@@ -21,8 +22,11 @@ struct SliceRangeOptions {
 };
 
 /// Calls `on_layer` for layers [first, first + count), one at a time, in order, from any thread. At most a slab
-/// a thread and one more are in flight. REQUIRES: validate_job(*solid, job) passes. Throws what slicing throws
-/// (kCancelled included), what `on_layer` throws, and Error{kLayerRangeEmpty, kLayerRangeOutOfBounds}.
+/// a thread and one more are in flight. REQUIRES: PlacedParts. Throws what slicing throws (kCancelled included), what
+/// `on_layer` throws, and Error{kLayerRangeEmpty, kLayerRangeOutOfBounds}.
+void slice_range(const PlacedParts& parts, std::uint32_t first, std::uint32_t count,
+                 const std::function<void(Layer&&)>& on_layer, const SliceRangeOptions& options = {});
+/// The same of a job of one part. REQUIRES: validate_job(*solid, job) passes.
 void slice_range(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job, std::uint32_t first,
                  std::uint32_t count, const std::function<void(Layer&&)>& on_layer,
                  const SliceRangeOptions& options = {});

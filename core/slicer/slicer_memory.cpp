@@ -26,8 +26,8 @@
 #include "core/limit/cell_index.h"
 #include "core/output/encode.h"
 #include "core/slicer/channel_tolerances.h"
-#include "core/slicer/layer_planes.h"
 #include "core/slicer/layer_scope.h"
+#include "core/slicer/part_planes.h"
 
 namespace ccslice {
 namespace {
@@ -247,10 +247,9 @@ double particle_bytes(double channels) {
   return TileParticles::kMost * (sizeof(TileParticle) + channels * sizeof(BlockValues));
 }
 
-}  // namespace
-
-SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job,
-                           const CancellationToken& cancel) {
+/// What a PartPainter takes, and LayerComposer of a job's only part.
+SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& cancel) {
+  const auto& [name, solid, job, priority] = part;
   const LayerScope scope = scope_of(job);
   const Boundary boundary = boundary_of(*solid, job, scope, cancel);
   const double channels = static_cast<double>(shown_channels(job).size() + mixed_channels(job).size());
@@ -274,8 +273,31 @@ SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const
     slicer += particle_bytes(channels);
     slicer += cells.tile_voxels / kVoxelsOfTile * (channels * sizeof(CubicPolynomial) + 256);
   }
-  return {static_cast<std::uint64_t>(shared), static_cast<std::uint64_t>(slicer),
-          static_cast<std::uint64_t>(boundary.rows), tiles_fit};
+  return {static_cast<std::uint64_t>(shared),
+          static_cast<std::uint64_t>(slicer),
+          static_cast<std::uint64_t>(boundary.rows),
+          {tiles_fit}};
+}
+
+}  // namespace
+
+SlicerMemory slicer_memory(const PlacedParts& parts, const CancellationToken& cancel) {
+  SlicerMemory memory;
+  for (const PlacedPart& part : parts) {
+    const SlicerMemory of_part = memory_of_part(part, cancel);
+    memory.shared_bytes += of_part.shared_bytes;
+    memory.slicer_bytes += of_part.slicer_bytes;
+    memory.crossings += of_part.crossings;
+    memory.tiles_fit.push_back(of_part.tiles_fit.front());
+  }
+  const SliceJob& job = parts.front().job;
+  if (parts.size() > 1) memory.slicer_bytes += static_cast<std::uint64_t>(picture_bytes(job, scope_of(job)));
+  return memory;
+}
+
+SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job,
+                           const CancellationToken& cancel) {
+  return slicer_memory(PlacedParts{{"", solid, job}}, cancel);
 }
 
 }  // namespace ccslice

@@ -14,22 +14,27 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "core/base/cancellation.h"
+#include "core/job/placed_part.h"
 #include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
 
 namespace ccslice {
 
 struct SlicerMemory {
-  std::uint64_t shared_bytes = 0;      // Of all slicers of the job together.
-  std::uint64_t slicer_bytes = 0;      // Of each.
-  std::uint64_t crossings = 0;         // Of rows with the boundary, in the fullest layer: finding them takes time, too.
-  std::optional<bool> tiles_fit = {};  // What a LayerSlicer of the job would have to find out, too, if it interpolates.
+  std::uint64_t shared_bytes = 0;  // Of all slicers of the job together.
+  std::uint64_t slicer_bytes = 0;  // Of each.
+  std::uint64_t crossings = 0;     // Of rows with the boundary, in the fullest layer: finding them takes time, too.
+  // By part: what a LayerSlicer would have to find out, too, if it interpolates.
+  std::vector<std::optional<bool>> tiles_fit = {};
 };
 
-/// At most, with the layer that is being made, and without the solid. Takes about a microsecond for every face and
-/// cell. REQUIRES: validate_job(*solid, job) passes. Throws Error{kCancelled}.
+/// At most, with the layer that is being made, and without the solids. Takes about a microsecond for every face and
+/// cell of each part. REQUIRES: PlacedParts. Throws Error{kCancelled}.
+SlicerMemory slicer_memory(const PlacedParts& parts, const CancellationToken& cancel = {});
+/// The same of a job of one part. REQUIRES: validate_job(*solid, job) passes.
 SlicerMemory slicer_memory(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job,
                            const CancellationToken& cancel = {});
 

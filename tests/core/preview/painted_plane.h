@@ -17,7 +17,7 @@
 #include "core/raster/occupancy.h"
 #include "core/raster/region_runs.h"
 #include "core/slicer/channel_tolerances.h"
-#include "core/slicer/layer_planes.h"
+#include "core/slicer/part_planes.h"
 
 namespace ccslice {
 
@@ -55,7 +55,7 @@ struct PaintedPlane {
     field = make_material_field(solid, layer.placement, spec.outside_mm);
   }
 
-  LayerTarget target(LayerPlanes& planes) {
+  LayerTarget target(PartPlanes& planes) {
     planes.clear(window_of(lattice), {});
     return {lattice, layer.grid.layer_z_mm(0), planes.channels(), stats,
             cancel,  window_of(lattice),       window_of(lattice)};

@@ -37,7 +37,7 @@ class PixelInverterTest : public testing::Test {
 
   std::shared_ptr<const LimitSolid> solid_ = LimitSolid::prepare(oracle::tiny_mesh("vertex_link_octahedron"));
   PaintedPlane plane_{solid_, Vec3(1, 2, 3), 0.45, kPixels, 1.0 / 256};
-  LayerPlanes planes_{plane_.layer, solid_->summary()};
+  PartPlanes planes_{plane_.layer, solid_->summary()};
   PixelInverter inverter_{solid_};
 };
 

@@ -59,7 +59,7 @@ double error_beside(PaintedPlane& plane, std::uint32_t column, std::uint32_t row
 void add_errors(PlaneSampler& sampler, const Vec3& normal, double share, std::uint32_t pixels,
                 const std::shared_ptr<const LimitSolid>& solid, bool rough, Errors& errors) {
   PaintedPlane plane(solid, normal, share, pixels, rough ? kRoughTolerance : kTolerance);
-  LayerPlanes sampled(plane.layer, solid->summary()), exact(plane.layer, solid->summary());
+  PartPlanes sampled(plane.layer, solid->summary()), exact(plane.layer, solid->summary());
   sampler.paint(plane.target(sampled), plane.spec, *plane.field, plane.spans, plane.regions, {.rough = rough});
   const auto field = make_material_field(solid, plane.layer.placement, plane.spec.outside_mm);
   MaterialPass pass(*field);
@@ -232,7 +232,7 @@ TEST(PlaneSampler, TakesTheToleranceFromThePicturesOwnRange) {
   for (const Cut& cut : {Cut{Vec3(0, 0, 1), 256}, Cut{Vec3(0.02, 0.01, 1), 256}, Cut{Vec3(0.02, 0.01, 1), 6}}) {
     PaintedPlane plane(solid, cut.normal, 0.52, cut.pixels, kTolerance);
     plane.spec.channels = {plane.spec.channels[height]};
-    LayerPlanes sampled(plane.layer, solid->summary()), exact(plane.layer, solid->summary());
+    PartPlanes sampled(plane.layer, solid->summary()), exact(plane.layer, solid->summary());
     sampler.paint(plane.target(sampled), plane.spec, *plane.field, plane.spans, plane.regions, {.own_range = true});
     const auto field = make_material_field(solid, plane.layer.placement, plane.spec.outside_mm);
     ASSERT_EQ(MaterialPass(*field).run(plane.target(exact), plane.spans), WindowOutcome::kComplete);
@@ -258,7 +258,7 @@ TEST(PlaneSampler, SamplesDependOnNothingBefore) {
   PlaneSampler used(solid);
   for (const double share : {0.3, 0.5, 0.7}) {
     PaintedPlane plane(solid, Vec3(1, 2, 3), share, 256, kTolerance);
-    LayerPlanes one(plane.layer, solid->summary()), other(plane.layer, solid->summary());
+    PartPlanes one(plane.layer, solid->summary()), other(plane.layer, solid->summary());
     used.paint(plane.target(one), plane.spec, *plane.field, plane.spans, plane.regions);
     const auto field = make_material_field(solid, plane.layer.placement, plane.spec.outside_mm);
     PlaneSampler(solid).paint(plane.target(other), plane.spec, *field, plane.spans, plane.regions);
@@ -270,7 +270,7 @@ TEST(PlaneSampler, SamplesDependOnNothingBefore) {
 TEST(PlaneSampler, IsCancelled) {
   const auto solid = LimitSolid::prepare(make_box());
   PaintedPlane plane(solid, Vec3(1, 2, 3), 0.5, 64, kTolerance);
-  LayerPlanes planes(plane.layer, solid->summary());
+  PartPlanes planes(plane.layer, solid->summary());
   const LayerTarget target = plane.target(planes);
   plane.cancel = CancellationToken::make();
   plane.cancel.cancel();

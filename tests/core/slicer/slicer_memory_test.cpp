@@ -54,17 +54,22 @@ std::vector<NamedJob> jobs_of(const Solid& solid, double columns) {
 
 /// Slices two slabs in the middle, and compares what is held with what was told: that is enough, and not too much where
 /// it counts. What isn't in the middle may take more.
-void expect_enough(const std::string& what, const Solid& solid, const SliceJob& job) {
-  validate_job(*solid, job);
-  const SlicerMemory told = slicer_memory(solid, job);
+void expect_enough(const std::string& what, const PlacedParts& parts) {
+  for (const PlacedPart& part : parts) validate_job(*part.solid, part.job);
+  const SliceJob& job = parts.front().job;
+  const SlicerMemory told = slicer_memory(parts);
   const oracle::HeldMemory held;
-  const LayerSlicer prototype(solid, job);
+  const LayerSlicer prototype(parts);
   LayerSlicer slicer = prototype.twin();
   const std::uint32_t middle = job.grid.extent.layers / 2, end = std::min(middle + 20, job.grid.extent.layers);
   for (std::uint32_t layer = middle - std::min(middle, 20u); layer < end; ++layer) (void)slicer.slice(layer, {});
   EXPECT_LE(held.most_bytes(), told.shared_bytes + told.slicer_bytes) << what;
-  constexpr std::uint64_t kLittle = 96u << 20;
-  EXPECT_LE(told.shared_bytes + told.slicer_bytes, 4 * held.most_bytes() + kLittle) << what;
+  const std::uint64_t little = parts.size() * (96u << 20);
+  EXPECT_LE(told.shared_bytes + told.slicer_bytes, 4 * held.most_bytes() + little) << what;
+}
+
+void expect_enough(const std::string& what, const Solid& solid, const SliceJob& job) {
+  expect_enough(what, PlacedParts{{"", solid, job}});
 }
 
 void expect_enough_for_sample(const std::string& name, std::initializer_list<int> column_counts) {
@@ -79,6 +84,17 @@ void expect_enough_for_sample(const std::string& name, std::initializer_list<int
 TEST(SlicerMemory, IsToldBeforeItIsTaken) {
   for (const SampleModel& model : sample_models()) expect_enough_for_sample(std::string(model.name), {60});
   expect_enough_for_sample("coyote", {400});
+}
+
+TEST(SlicerMemory, IsToldOfSeveralParts) {
+  const Solid coyote = LimitSolid::prepare(make_coyote());
+  PlacedParts parts(3, {"", coyote, job_of(coyote, pitch_for(coyote, 60))});
+  parts[1].job.placement.translate(Vec3(0.1, 0.2, 0));
+  parts[2].job.placement.translate(Vec3(-0.3, 0, 0.1));
+  expect_enough("three coyotes", parts);
+  const SlicerMemory one = slicer_memory(coyote, parts.front().job), all = slicer_memory(parts);
+  EXPECT_GE(all.crossings, 2 * one.crossings);
+  EXPECT_EQ(all.tiles_fit.size(), 3u);
 }
 
 TEST(SlicerMemory, IsToldOfFineVoxelsAndTolerancesToo) { expect_enough_for_sample("ring", {1200}); }

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The parts of a job: placed solids that share a grid, planes and materials.
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/job/slice_job.h"
+#include "core/limit/limit_solid.h"
+
+namespace ccslice {
+
+/// One placed solid, and what of it is asked for. Channels and cell regions of its job are the solid's own.
+struct PlacedPart {
+  std::string name;  // For messages.
+  std::shared_ptr<const LimitSolid> solid;
+  SliceJob job;
+  // Voxels in several parts are of the one with the highest priority, and of those of the first one.
+  std::int32_t priority = 0;
+};
+
+/// At least one. REQUIRES of several: validate_job() passes for each; grid, region, order, planes' sample types,
+/// encodings and outside samples, materials, background, and what is asked for of contours are the same in all; integer
+/// planes of channels have a range, the same in all; no more than 255 cell regions in all.
+using PlacedParts = std::vector<PlacedPart>;
+
+}  // namespace ccslice

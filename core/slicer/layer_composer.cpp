@@ -1,0 +1,245 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/slicer/layer_composer.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <functional>
+#include <numeric>
+#include <utility>
+
+#include "core/output/encodings.h"
+#include "core/output/region_colours.h"
+#include "core/slicer/part_planes.h"
+
+namespace ccslice {
+namespace {
+
+// Planes of floats side by side, voxel by voxel. REQUIRES: planes of the same size, kFloat32.
+void interleave(std::span<const ContonePlane> planes, std::vector<std::uint8_t>& samples,
+                const CancellationToken& cancel) {
+  constexpr std::size_t kSample = sizeof(float), kRun = 1 << 16;
+  const std::size_t voxels = planes.front().image().samples.size() / kSample, step = kSample * planes.size();
+  samples.resize(step * voxels);
+  for (std::size_t begin = 0; begin < voxels; begin += kRun) {
+    cancel.throw_if_cancelled();
+    const std::size_t end = std::min(voxels, begin + kRun);
+    for (std::size_t plane = 0; plane < planes.size(); ++plane) {
+      const std::uint8_t* in = planes[plane].image().samples.data();
+      std::uint8_t* out = samples.data() + kSample * plane;
+      for (std::size_t voxel = begin; voxel < end; ++voxel)
+        std::memcpy(out + step * voxel, in + kSample * voxel, kSample);
+    }
+  }
+}
+
+std::uint64_t size_of(const VoxelRun& run) { return run.end - run.begin; }
+
+}  // namespace
+
+LayerComposer::LayerComposer(const PlacedParts& parts)
+    : parts_(parts), job_(parts.front().job), region_(region_of(job_).window()), order_(parts.size()) {
+  std::iota(order_.begin(), order_.end(), 0);
+  std::ranges::stable_sort(order_, std::greater<>(), [&](std::uint32_t part) { return parts[part].priority; });
+  std::size_t regions = 0;
+  for (const PlacedPart& part : parts) {
+    first_region_.push_back(static_cast<std::uint8_t>(regions));
+    regions += part.solid->summary().cell_regions.size();
+  }
+  region_palette_ = region_palette(regions);
+  if (shows_materials(job_)) material_palette_ = palette_of(*job_.printing);
+  if (parts.size() == 1) return;
+  const SolidSummary& solid = parts.front().solid->summary();
+  for (const PlaneSpec& plane : shown_channels(job_)) channels_.emplace_back(plane, solid.channels[plane.channel]);
+}
+
+void LayerComposer::start(std::uint32_t layer) {
+  layer_ = {};
+  layer_.index = layer;
+  layer_.z_mm = job_.grid.layer_z_mm(layer);
+  only_.reset();
+  owners_.clear();
+  regions_.clear();
+}
+
+void LayerComposer::add(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel) {
+  add_contours(part, painted);
+  if (parts_.size() == 1) {
+    layer_.stats = painted.stats;
+    only_ = painted;
+    return;
+  }
+  add_stats(painted);
+  add_samples(part, painted, cancel);
+}
+
+void LayerComposer::add_contours(std::uint32_t part, const PaintedPart& painted) {
+  Contours& all = layer_.contours;
+  for (const ContourLoop& loop : painted.shape->contours.loops) all.loops.emplace_back(loop).part = part;
+  all.leaves += painted.shape->contours.leaves;
+  all.unresolved_leaves += painted.shape->contours.unresolved_leaves;
+  for (const RegionLoop& loop : painted.shape->region_loops) {
+    RegionLoop& added = layer_.region_loops.emplace_back(loop);
+    added.region = static_cast<std::uint8_t>(first_region_[part] + loop.region);
+    added.part = part;
+  }
+}
+
+void LayerComposer::add_stats(const PaintedPart& painted) {
+  LayerStats& all = layer_.stats;
+  const LayerStats& of = painted.stats;
+  all.voxels_coherent += of.voxels_coherent;
+  all.voxels_full += of.voxels_full;
+  all.voxels_interpolated += of.voxels_interpolated;
+  all.voxels_repainted += of.voxels_repainted;
+  all.voxels_unresolved += of.voxels_unresolved;
+  all.max_residual_mm = std::max(all.max_residual_mm, of.max_residual_mm);
+  all.contour_loops += of.contour_loops;
+  all.contour_points += of.contour_points;
+  all.contour_leaves_unresolved += of.contour_leaves_unresolved;
+  all.voxels_off_map += of.voxels_off_map;
+  if (of.voxels_scaled_up > 0) {
+    const bool is_first = all.voxels_scaled_up == 0;
+    all.least_fraction_sum = is_first ? of.least_fraction_sum : std::min(all.least_fraction_sum, of.least_fraction_sum);
+    all.voxels_scaled_up += of.voxels_scaled_up;
+  }
+}
+
+void LayerComposer::add_samples(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel) {
+  if (part == order_.front()) {
+    for (ContonePlane& plane : channels_) plane.clear(region_.columns, region_.rows, cancel);
+    if (shows_materials(job_)) materials_.assign(std::size_t{region_.columns} * region_.rows, 0);
+  }
+  cancel.throw_if_cancelled();
+  const std::span<const VoxelRun> owned = owners_.add(part, painted.shape->spans, [&](const OwnedRun& run) {
+    layer_.stats.voxels_covered += size_of(region_.clipped(run));
+  });
+  for (const VoxelRun& run : owned) {
+    const VoxelRun kept = region_.clipped(run);
+    if (kept.begin == kept.end) continue;
+    const std::size_t from = painted.window.index(kept.begin, kept.row), to = region_.index(kept.begin, kept.row);
+    const auto count = static_cast<std::uint32_t>(size_of(kept));
+    for (std::size_t c = 0; c < channels_.size(); ++c) channels_[c].copy_run(painted.planes[c], from, to, count);
+    if (shows_materials(job_)) std::memcpy(&materials_[to], &painted.materials.indices[from], count);
+  }
+  if (shows_cell_regions(job_)) add_regions(part, painted.shape->regions, owned);
+}
+
+/// What of the regions' runs lies in the part's own voxels.
+void LayerComposer::add_regions(std::uint32_t part, std::span<const RegionRun> regions,
+                                std::span<const VoxelRun> owned) {
+  auto run = owned.begin();
+  for (const RegionRun& region : regions) {
+    const auto is_before = [&] {
+      return run->row < region.row || (run->row == region.row && run->end <= region.begin);
+    };
+    while (run != owned.end() && is_before()) ++run;
+    for (auto met = run; met != owned.end() && met->row == region.row && met->begin < region.end; ++met) {
+      regions_.push_back({{region.row, std::max(region.begin, met->begin), std::min(region.end, met->end)},
+                          static_cast<std::uint8_t>(first_region_[part] + region.region)});
+    }
+  }
+}
+
+/// Counts that are of voxels and not of parts.
+void LayerComposer::count() {
+  LayerStats& stats = layer_.stats;
+  for (const OwnedRun& run : owners_.runs()) stats.voxels_inside += size_of(region_.clipped(run));
+  if (!shows_materials(job_)) return;
+  std::array<std::uint64_t, 256> histogram{};
+  for (const std::uint8_t material : materials_) ++histogram[material];
+  const auto first = histogram.begin() + 1;
+  stats.material_voxels.assign(first, first + static_cast<std::ptrdiff_t>(job_.printing->materials.size()));
+}
+
+Layer LayerComposer::finish(const CancellationToken& cancel) {
+  if (only_) {
+    layer_.planes =
+        encode({only_->window, only_->shape->spans, only_->shape->regions, only_->planes, only_->materials}, cancel);
+    return std::move(layer_);
+  }
+  count();
+  inside_.assign(owners_.runs().begin(), owners_.runs().end());
+  const IndexImage materials{region_.columns, region_.rows, materials_, material_palette_};
+  layer_.planes = encode({region_, inside_, regions_, channels_, materials}, cancel);
+  return std::move(layer_);
+}
+
+std::vector<EncodedPlane> LayerComposer::encode(const Samples& samples, const CancellationToken& cancel) {
+  std::vector<EncodedPlane> planes;
+  const Arrangement arrangement{samples.window, region_, job_.order};
+  const PixelPitch pitch{job_.grid.pitch.x_mm, job_.grid.pitch.y_mm};
+  std::span<const ContonePlane> left = samples.channels;
+  IndexImage materials = samples.materials;
+  if (shows_materials(job_)) {
+    materials.indices = arrange(materials.indices, 1, arrangement, indices_, cancel);
+    materials.width = arrangement.to.columns;
+    materials.height = arrangement.to.rows;
+    materials.pitch = pitch;
+  }
+  bool has_bits = false;
+  const auto inside = [&]() -> const BitImage& {
+    if (!std::exchange(has_bits, true)) arrange_bits(samples.inside, arrangement, bits_);
+    return bits_;
+  };
+  std::span<const std::uint8_t> region_numbers;
+  if (shows_cell_regions(job_)) {
+    draw_regions(samples.regions, arrangement.to, region_numbers_);
+    region_numbers =
+        arrange(region_numbers_, 1, {arrangement.to, arrangement.to, arrangement.order}, ordered_regions_, cancel);
+  }
+  for (const PlaneSpec& plane : job_.planes) {
+    if (plane.content == PlaneContent::kCellRegions) {
+      const IndexImage numbers{arrangement.to.columns, arrangement.to.rows, region_numbers, region_palette_, pitch};
+      planes.push_back(encoder_.encode(numbers, plane.sample_type, plane.encoding, cancel));
+      continue;
+    }
+    if (plane.content == PlaneContent::kMaterials) {
+      planes.push_back(encoder_.encode(materials, plane.sample_type, plane.encoding, cancel));
+      continue;
+    }
+    if (plane.content == PlaneContent::kMaterialMask) {
+      planes.push_back(encoder_.encode_mask(materials, plane.material, plane.encoding, cancel));
+      continue;
+    }
+    SampleImage image;
+    std::vector<std::string> names;
+    if (plane.content == PlaneContent::kOccupancy) {
+      image = {SampleType::kBit, inside().width, inside().height, inside().bits};
+    } else {
+      names = channel_names(plane);
+      image = arranged_samples(left.first(names.size()), arrangement, cancel);
+      image.channel_names = names;
+      left = left.subspan(names.size());
+      if (find_encoding(plane.encoding)->has_alpha) image.inside = inside().bits;
+    }
+    image.pitch = pitch;
+    planes.push_back(encoder_.encode(image, plane.encoding, cancel));
+  }
+  return planes;
+}
+
+std::vector<std::string> LayerComposer::channel_names(const PlaneSpec& plane) const {
+  std::vector<std::string> names;
+  const std::vector<ChannelRange>& channels = parts_.front().solid->summary().channels;
+  for (const PlaneSpec& single : channels_of_plane(plane)) names.push_back(channels[single.channel].name);
+  return names;
+}
+
+SampleImage LayerComposer::arranged_samples(std::span<const ContonePlane> planes, const Arrangement& arrangement,
+                                            const CancellationToken& cancel) {
+  SampleImage image = planes.front().image();
+  if (planes.size() > 1) {
+    interleave(planes, interleaved_, cancel);
+    image.samples = interleaved_;
+  }
+  const std::size_t bytes = sample_bytes(image.type, 1, 1, static_cast<std::uint32_t>(planes.size()));
+  image.samples = arrange(image.samples, bytes, arrangement, arranged_, cancel);
+  image.width = arrangement.to.columns;
+  image.height = arrangement.to.rows;
+  return image;
+}
+
+}  // namespace ccslice

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// One part in the layers of a job, as if it were alone: contours -> occupancy -> channels -> halftone [Luu19, Fig. 1].
+// What it paints depends on the part, its job and the layer's absolute index only. Of a region, rows far from it are
+// left out of the work.
+
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/base/cancellation.h"
+#include "core/contour/contour.h"
+#include "core/contour/region_loops.h"
+#include "core/field/contone.h"
+#include "core/job/placed_part.h"
+#include "core/job/slice_job.h"
+#include "core/output/plane.h"
+#include "core/raster/layer_window.h"
+#include "core/raster/region_runs.h"
+#include "core/raster/voxel_runs.h"
+
+namespace ccslice {
+
+/// The contours of a part in a layer, and what is inside them.
+struct PartShape {
+  Contours contours;  // Only if the job delivers them.
+  std::vector<VoxelRun> spans;
+  std::vector<RegionRun> regions;        // Only if the job needs them.
+  std::vector<RegionLoop> region_loops;  // Only if the job delivers them.
+  LayerStats stats;                      // Of the contours, and voxels_inside.
+};
+
+/// A part in a layer. Valid until its painter paints again.
+struct PaintedPart {
+  const PartShape* shape = nullptr;
+  LayerWindow window;                    // What the planes and materials hold. The job's region is within it.
+  std::span<const ContonePlane> planes;  // shown_channels() of the job.
+  IndexImage materials;                  // Only if the job shows them.
+  LayerStats stats;
+};
+
+/// One thread's worker. Holds scratch memory of one layer, and of what paints a slab of them.
+class PartPainter {
+ public:
+  /// What all workers on a part read.
+  struct Shared;
+
+  /// `tiles_fit`: do_tiles_fit() of the job, if that is known. REQUIRES: validate_job(*part.solid, part.job) passes.
+  /// Throws Error{kCancelled}.
+  static std::shared_ptr<const Shared> share(const PlacedPart& part, const CancellationToken& cancel,
+                                             std::optional<bool> tiles_fit);
+
+  explicit PartPainter(std::shared_ptr<const Shared> shared);
+  ~PartPainter();
+  PartPainter(PartPainter&&) noexcept;
+  PartPainter& operator=(PartPainter&&) noexcept;
+
+  /// REQUIRES: layer is one of the job's region. Throws Error{kCancelled} within about 10 ms of a cancel, kInternal,
+  /// kFractionsOutOfRange.
+  PaintedPart paint(std::uint32_t layer, const CancellationToken& cancel);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace ccslice

@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The samples of a part's channels while a layer is worked on: those that pictures show, and those that halftoning
+// reads, as floats, which no picture shows.
+
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/base/cancellation.h"
+#include "core/field/contone.h"
+#include "core/job/slice_job.h"
+#include "core/limit/limit_solid.h"
+#include "core/raster/layer_window.h"
+
+namespace ccslice {
+
+/// Some plane shows printable materials.
+bool shows_materials(const SliceJob& job);
+
+/// The planes of one channel each that a plane is made of; none unless it shows channels.
+std::vector<PlaneSpec> channels_of_plane(const PlaneSpec& plane);
+
+/// The same of all of the job's planes, in their order.
+std::vector<PlaneSpec> shown_channels(const SliceJob& job);
+
+/// The planes that halftoning reads: the channels of the material map, in its order, as floats.
+std::vector<PlaneSpec> mixed_channels(const SliceJob& job);
+
+/// One thread. Memory is kept from layer to layer.
+class PartPlanes {
+ public:
+  PartPlanes(const SliceJob& job, const SolidSummary& solid);
+
+  /// The planes of shown_channels(), then those of mixed_channels().
+  std::span<ContonePlane> channels() { return contone_; }
+  std::span<const ContonePlane> shown() const { return std::span(contone_).first(shown_); }
+  std::span<const ContonePlane> mixed() const { return std::span(contone_).subspan(shown_); }
+
+  /// All samples as outside. Throws Error{kCancelled}.
+  void clear(const LayerWindow& window, const CancellationToken& cancel);
+
+ private:
+  std::vector<ContonePlane> contone_;
+  std::size_t shown_ = 0;
+};
+
+}  // namespace ccslice

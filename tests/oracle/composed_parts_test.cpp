@@ -1,0 +1,310 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Random jobs of several parts, against what a loop over voxels makes of the same parts sliced one by one.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <numeric>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/job/validate_job.h"
+#include "core/mesh/grade.h"
+#include "core/mesh/models.h"
+#include "core/output/encode.h"
+#include "core/slicer/layer_slicer.h"
+#include "core/slicer/slice_range.h"
+
+namespace ccslice {
+namespace {
+
+constexpr unsigned kJobs = 200;
+
+/// Solids whose channels have the same names at different places, and of two cell regions each.
+std::vector<std::shared_ptr<const LimitSolid>> make_solids() {
+  const auto with_channels = [](ControlMesh mesh, const std::vector<std::string>& grades, bool several_regions) {
+    mesh.channel_names.clear();
+    mesh.channel_values.clear();
+    for (const std::string& grade : grades) apply_grade(parse_grade(grade), mesh);
+    mesh.cell_region_names = {"shell", "core"};
+    for (std::size_t cell = 0; cell < mesh.cell_count(); ++cell) {
+      mesh.cell_regions.push_back(static_cast<std::uint8_t>(several_regions ? cell % 2 : 0));
+    }
+    return LimitSolid::prepare(std::move(mesh));
+  };
+  ControlMesh smooth = make_box({Vec3(10, 8, 9), 2, 2, 2});
+  smooth.sharp_edges.clear();
+  smooth.sharp_vertices.clear();
+  return {with_channels(make_box({Vec3(12, 8, 6), 3, 2, 2}), {"soft=x:0..12", "hard=z:0..6"}, true),
+          with_channels(make_ring({8, 1, 2, 14, 6, 7}), {"hard=x:-7..7", "other=y:-7..7", "soft=z:0..7"}, false),
+          with_channels(std::move(smooth), {"other=x:0..10", "soft=y:0..8", "hard=z:0..9"}, true)};
+}
+
+std::uint32_t channel_of(const LimitSolid& solid, const std::string& name) {
+  const auto& channels = solid.summary().channels;
+  const auto found = std::ranges::find(channels, name, &ChannelRange::name);
+  return static_cast<std::uint32_t>(found - channels.begin());
+}
+
+using Random = std::mt19937;
+
+double random_in(Random& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+std::uint32_t random_below(Random& random, std::uint32_t end) { return random() % end; }
+
+Placement random_placement(Random& random) {
+  Placement placement = Placement::Identity();
+  placement.translate(Vec3(random_in(random, -4, 16), random_in(random, -4, 16), random_in(random, -4, 8)));
+  const Vec3 axis(random_in(random, -1, 1), random_in(random, -1, 1), random_in(random, -1, 1));
+  if (random_below(random, 2) == 0) placement.rotate(Eigen::AngleAxisd(random_in(random, 0, 6), axis.normalized()));
+  if (random_below(random, 4) == 0) placement.scale(Vec3(-1, 1, 1));
+  return placement;
+}
+
+PlaneSpec plane_of(PlaneContent content, SampleType type) {
+  PlaneSpec plane;
+  plane.content = content;
+  plane.sample_type = type;
+  plane.encoding = Encoding::kRaw;
+  return plane;
+}
+
+/// What is the same in all parts of a job.
+struct Common {
+  Grid grid;
+  std::optional<VoxelRegion> region;
+  PictureOrder order;
+  double tolerance;
+  HalftoneMethod method;
+  double outside;
+};
+
+Common random_common(Random& random) {
+  Common common;
+  common.grid.origin_mm = Vec3(-2, -2, -1);
+  // Two shapes of voxels: each has a mask of its own, which takes a second to make.
+  common.grid.pitch = std::array<VoxelPitch, 2>{{{0.4, 0.45, 0.9}, {0.6, 0.35, 0.8}}}[random_below(random, 2)];
+  common.grid.extent = {20 + random_below(random, 80), 20 + random_below(random, 80), 18};
+  if (random_below(random, 2) == 0) {
+    const std::uint32_t column = random_below(random, 10), row = random_below(random, 10);
+    common.region = VoxelRegion{column,
+                                row,
+                                2,
+                                {1 + random_below(random, common.grid.extent.columns - column),
+                                 1 + random_below(random, common.grid.extent.rows - row), 16}};
+  }
+  common.order = {random_below(random, 2) == 0, random_below(random, 2) == 0};
+  common.tolerance = random_below(random, 3) == 0 ? 0 : 1.0 / 1024;
+  common.method = std::array{HalftoneMethod::kBlueNoise, HalftoneMethod::kErrorDiffusion, HalftoneMethod::kNearest,
+                             HalftoneMethod::kWhiteNoise}[random_below(random, 4)];
+  common.outside = random_below(random, 256);
+  return common;
+}
+
+SliceJob job_of_part(const Common& common, const LimitSolid& solid, Random& random) {
+  SliceJob job;
+  job.placement = random_placement(random);
+  job.grid = common.grid;
+  job.region = common.region;
+  job.order = common.order;
+  job.material_tolerance = common.tolerance;
+  job.contours = true;
+  const std::uint32_t soft = channel_of(solid, "soft"), hard = channel_of(solid, "hard");
+  PlaneSpec bytes = plane_of(PlaneContent::kChannel, SampleType::kUint8);
+  bytes.channel = soft;
+  bytes.range = ValueRange{-1, 15};
+  bytes.outside_sample = common.outside;
+  PlaneSpec floats = plane_of(PlaneContent::kChannels, SampleType::kFloat32);
+  floats.channels = {hard, soft};
+  PlaneSpec mask = plane_of(PlaneContent::kMaterialMask, SampleType::kBit);
+  mask.material = 2;
+  job.planes = {plane_of(PlaneContent::kOccupancy, SampleType::kBit),
+                bytes,
+                floats,
+                plane_of(PlaneContent::kMaterials, SampleType::kUint8),
+                mask,
+                plane_of(PlaneContent::kCellRegions, SampleType::kUint8)};
+  Printing printing;
+  printing.materials = {{"white", 0xffffffff}, {"clear", 0x808080ff}, {"black", 0x101010ff}};
+  printing.map.kind = BlendMap{random_below(random, 2) == 0 ? soft : hard, {{0, 1}, {5, 2}, {9, 3}}};
+  if (random_below(random, 3) == 0) {
+    CellRegionMap core;
+    core.cell_region = 1;
+    core.map.kind = BlendMap{hard, {{0, 3}, {6, 1}}};
+    printing.cell_region_maps.push_back(core);
+  }
+  printing.halftone = {common.method, random()};
+  job.printing = printing;
+  return job;
+}
+
+PlacedParts random_parts(const std::vector<std::shared_ptr<const LimitSolid>>& solids, const Common& common,
+                         Random& random) {
+  PlacedParts parts;
+  const std::uint32_t count = 2 + random_below(random, 19);
+  for (std::uint32_t p = 0; p < count; ++p) {
+    const auto& solid = solids[random_below(random, static_cast<std::uint32_t>(solids.size()))];
+    parts.push_back({"part " + std::to_string(p), solid, job_of_part(common, *solid, random),
+                     static_cast<std::int32_t>(random_below(random, 3)) - 1});
+    validate_job(*solid, parts.back().job);
+  }
+  return parts;
+}
+
+/// A plane's samples, a voxel each: its bytes, or its bit.
+class Samples {
+ public:
+  Samples(const SliceJob& job, std::size_t plane, std::vector<std::uint8_t>& bytes)
+      : columns_(region_of(job).extent.columns),
+        bits_(job.planes[plane].sample_type == SampleType::kBit),
+        size_(bits_ ? 1 : sample_bytes(job.planes[plane].sample_type, 1, 1, channel_count(job.planes[plane]))),
+        bytes_(bytes) {}
+
+  std::vector<std::uint8_t> get(std::uint32_t x, std::uint32_t y) const {
+    if (bits_) return {static_cast<std::uint8_t>(bytes_[byte_of(x, y)] >> (7 - x % 8) & 1)};
+    const auto first = bytes_.begin() + static_cast<std::ptrdiff_t>(size_ * (std::size_t{columns_} * y + x));
+    return {first, first + static_cast<std::ptrdiff_t>(size_)};
+  }
+  void set(std::uint32_t x, std::uint32_t y, const std::vector<std::uint8_t>& sample) {
+    if (bits_) {
+      const auto bit = static_cast<std::uint8_t>(1u << (7 - x % 8));
+      std::uint8_t& byte = bytes_[byte_of(x, y)];
+      byte = static_cast<std::uint8_t>(sample[0] != 0 ? byte | bit : byte & ~bit);
+    } else {
+      std::ranges::copy(sample, bytes_.begin() + static_cast<std::ptrdiff_t>(size_ * (std::size_t{columns_} * y + x)));
+    }
+  }
+
+ private:
+  std::size_t byte_of(std::uint32_t x, std::uint32_t y) const { return std::size_t{(columns_ + 7) / 8} * y + x / 8; }
+
+  std::uint32_t columns_;
+  bool bits_;
+  std::size_t size_;
+  std::vector<std::uint8_t>& bytes_;
+};
+
+struct Composed {
+  std::vector<std::vector<std::uint8_t>> planes;
+  std::uint64_t inside = 0, covered = 0, computed = 0;
+  std::array<std::uint64_t, 4> materials{};
+};
+
+/// From the parts' own layers, voxel by voxel.
+Composed compose(const PlacedParts& parts, std::vector<Layer> layers) {
+  std::vector<std::size_t> order(parts.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return parts[a].priority > parts[b].priority; });
+  constexpr std::size_t kOccupancy = 0, kMaterials = 3, kRegions = 5;
+  const SliceJob& job = parts.front().job;
+  Composed composed;
+  for (const Layer& layer : layers) {
+    composed.computed += layer.stats.voxels_coherent + layer.stats.voxels_full + layer.stats.voxels_interpolated +
+                         layer.stats.voxels_unresolved;
+  }
+  // Outside of all parts any part's samples are those outside.
+  for (std::size_t plane = 0; plane < job.planes.size(); ++plane) {
+    std::vector<std::uint8_t>& bytes = composed.planes.emplace_back(layers[order.back()].planes[plane].bytes);
+    for (std::uint32_t y = 0; y < region_of(job).extent.rows; ++y) {
+      for (std::uint32_t x = 0; x < region_of(job).extent.columns; ++x) {
+        Samples out(job, plane, bytes);
+        bool owned = false;
+        for (const std::size_t p : order) {
+          if (Samples(job, kOccupancy, layers[p].planes[kOccupancy].bytes).get(x, y)[0] == 0) continue;
+          composed.covered += owned && plane == kOccupancy ? 1 : 0;
+          if (owned) continue;
+          owned = true;
+          std::vector<std::uint8_t> sample = Samples(job, plane, layers[p].planes[plane].bytes).get(x, y);
+          if (plane == kOccupancy) ++composed.inside;
+          if (plane == kMaterials) ++composed.materials[sample[0]];
+          if (plane == kRegions) sample[0] = static_cast<std::uint8_t>(sample[0] + 2 * p);
+          out.set(x, y, sample);
+        }
+        if (owned) continue;
+        out.set(x, y, [&]() -> std::vector<std::uint8_t> {
+          if (plane == 1) return {static_cast<std::uint8_t>(job.planes[1].outside_sample)};
+          return std::vector<std::uint8_t>(out.get(x, y).size());
+        }());
+      }
+    }
+  }
+  return composed;
+}
+
+std::vector<Layer> layers_of(LayerSlicer slicer, const std::vector<std::uint32_t>& wanted) {
+  std::vector<Layer> layers;
+  for (const std::uint32_t layer : wanted) layers.push_back(slicer.slice(layer, {}));
+  return layers;
+}
+
+TEST(ComposedParts, AreTheirPartsVoxelByVoxel) {
+  const auto solids = make_solids();
+  std::uint64_t covered = 0, inside = 0;
+  for (unsigned seed = 1; seed <= kJobs; ++seed) {
+    Random random(seed);
+    const Common common = random_common(random);
+    const PlacedParts parts = random_parts(solids, common, random);
+    const std::vector<std::uint32_t> wanted = {2, 3 + random_below(random, 8), 17};
+    const std::vector<Layer> layers = layers_of(LayerSlicer(parts), wanted);
+    std::vector<std::vector<Layer>> alone;
+    for (const PlacedPart& part : parts) alone.push_back(layers_of(LayerSlicer(part.solid, part.job), wanted));
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+      std::vector<Layer> of_parts;
+      for (const std::vector<Layer>& part : alone) of_parts.push_back(part[k]);
+      const Composed expected = compose(parts, std::move(of_parts));
+      for (std::size_t plane = 0; plane < expected.planes.size(); ++plane) {
+        ASSERT_EQ(layers[k].planes[plane].bytes, expected.planes[plane])
+            << "seed " << seed << ", layer " << wanted[k] << ", plane " << plane;
+      }
+      const LayerStats& stats = layers[k].stats;
+      ASSERT_EQ(stats.voxels_inside, expected.inside) << "seed " << seed;
+      ASSERT_EQ(stats.voxels_covered, expected.covered) << "seed " << seed;
+      ASSERT_EQ(stats.voxels_coherent + stats.voxels_full + stats.voxels_interpolated + stats.voxels_unresolved,
+                expected.computed)
+          << "seed " << seed;
+      for (std::size_t m = 0; m < stats.material_voxels.size(); ++m) {
+        ASSERT_EQ(stats.material_voxels[m], expected.materials[m + 1]) << "seed " << seed;
+      }
+      covered += stats.voxels_covered;
+      inside += stats.voxels_inside;
+    }
+  }
+  EXPECT_GT(covered, 20000u);
+  EXPECT_GT(inside, 200000u);
+}
+
+TEST(ComposedParts, AreTheSameForAnyNumberOfThreadsAndAnySplit) {
+  const auto solids = make_solids();
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    Random random(seed);
+    const Common common = random_common(random);
+    const PlacedParts parts = random_parts(solids, common, random);
+    constexpr std::uint32_t kFirst = 2, kEnd = 18;
+    std::vector<Layer> all;
+    slice_range(parts, kFirst, kEnd - kFirst, [&](Layer&& layer) { all.push_back(std::move(layer)); }, {.threads = 3});
+    ASSERT_EQ(all.size(), kEnd - kFirst);
+    std::vector<std::uint32_t> backwards;
+    for (std::uint32_t layer = kEnd; layer-- > kFirst;) backwards.push_back(layer);
+    const std::vector<Layer> alone = layers_of(LayerSlicer(parts), backwards);
+    for (const Layer& layer : alone) {
+      const Layer& same = all[layer.index - kFirst];
+      ASSERT_EQ(same.index, layer.index);
+      EXPECT_EQ(same.stats.voxels_covered, layer.stats.voxels_covered);
+      EXPECT_EQ(same.contours.loops.size(), layer.contours.loops.size());
+      for (std::size_t plane = 0; plane < layer.planes.size(); ++plane) {
+        ASSERT_EQ(same.planes[plane].bytes, layer.planes[plane].bytes) << "seed " << seed << ", layer " << layer.index;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ccslice
