@@ -289,7 +289,8 @@ TEST(ComposedParts, AreTheSameForAnyNumberOfThreadsAndAnySplit) {
     const PlacedParts parts = random_parts(solids, common, random);
     constexpr std::uint32_t kFirst = 2, kEnd = 18;
     std::vector<Layer> all;
-    slice_range(parts, kFirst, kEnd - kFirst, [&](Layer&& layer) { all.push_back(std::move(layer)); }, {.threads = 3});
+    slice_range(parts, kFirst, kEnd - kFirst, [&](Layer&& layer) { all.push_back(std::move(layer)); },
+                {.threads = 3, .cancel = {}});
     ASSERT_EQ(all.size(), kEnd - kFirst);
     std::vector<std::uint32_t> backwards;
     for (std::uint32_t layer = kEnd; layer-- > kFirst;) backwards.push_back(layer);
