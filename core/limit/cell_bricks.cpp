@@ -121,17 +121,9 @@ class BrickFinder {
         for (std::size_t i = from[0]; i < end[0] && all; ++i) all = add({i, j, k});
       }
     }
-    if (all) return true;
-    forget_from(before);
-    // The layer of points that the side brought, or a part of it.
-    Place first = low_, last = {high_[0] + 2, high_[1] + 2, high_[2] + 2};
-    first[axis] = last[axis] = up ? high_[axis] + 3 : low_[axis] - 1;
-    for (std::size_t k = first[2]; k <= last[2]; ++k) {
-      for (std::size_t j = first[1]; j <= last[1]; ++j) {
-        for (std::size_t i = first[0]; i <= last[0]; ++i) ids_[point_at({i, j, k})] = kUnknown;
-      }
-    }
-    return false;
+    // Points that the side brought stay where they are: the brick doesn't grow on that side any more.
+    if (!all) forget_from(before);
+    return all;
   }
 
   /// Adds the cell whose corners are known to be at this place.

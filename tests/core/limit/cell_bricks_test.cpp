@@ -8,11 +8,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <random>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/limit/limit_evaluator.h"
@@ -95,8 +97,21 @@ TEST(CellBricks, MapTheirParametersToThoseOfTheirCells) {
   }
 }
 
+/// Lists its hexahedra in another order: bricks begin anywhere, and find others in their way.
+ControlMesh shuffled(ControlMesh mesh, std::uint32_t seed) {
+  std::vector<std::array<std::uint32_t, 8>> cells(mesh.cell_count());
+  for (std::size_t n = 0; n < mesh.cell_vertices.size(); ++n) cells[n / 8][n % 8] = mesh.cell_vertices[n];
+  std::mt19937 random(seed);
+  for (std::size_t n = cells.size(); n > 1; --n) std::swap(cells[n - 1], cells[random() % n]);
+  for (std::size_t n = 0; n < mesh.cell_vertices.size(); ++n) mesh.cell_vertices[n] = cells[n / 8][n % 8];
+  return mesh;
+}
+
 TEST(CellBricks, HoldEachRegularCellAtMostOnce) {
-  for (const auto& [name, mesh] : oracle::tiny_meshes()) {
+  std::vector<oracle::TinyMesh> meshes = oracle::tiny_meshes();
+  meshes.push_back({"a rest too small for a brick", sharp_box(5, 4, 4)});
+  meshes.push_back({"bricks that leave gaps", shuffled(turned(sharp_box(9, 8, 7), 4), 4)});
+  for (const auto& [name, mesh] : meshes) {
     const auto solid = LimitSolid::prepare(mesh);
     const CellBricks& bricks = solid->data().bricks;
     std::vector<int> seen(solid->cell_count());
@@ -113,11 +128,38 @@ TEST(CellBricks, HoldEachRegularCellAtMostOnce) {
   }
 }
 
+/// Round the z axis, with sharp edges: all cells are regular.
+ControlMesh sharp_tube(std::uint32_t sectors, std::uint32_t cells_across) {
+  ControlMesh mesh;
+  const std::uint32_t across = cells_across + 1;
+  for (std::uint32_t v = 0; v < sectors * across * across; ++v) {
+    const double angle = 2 * EIGEN_PI * (v / (across * across)) / sectors, radius = 10.0 + v / across % across;
+    mesh.positions.emplace_back(radius * std::cos(angle), radius * std::sin(angle), v % across);
+  }
+  const auto vertex = [&](std::uint32_t s, std::uint32_t r, std::uint32_t z) {
+    return (s % sectors * across + r) * across + z;
+  };
+  for (std::uint32_t c = 0; c < sectors * cells_across * cells_across; ++c) {
+    const std::uint32_t s = c / (cells_across * cells_across), r = c / cells_across % cells_across,
+                        z = c % cells_across;
+    mesh.cell_kinds.push_back(CellKind::kHex);
+    for (const std::uint32_t up : {0U, 1U}) {
+      for (const auto& [ahead, out] : {std::pair{0U, 0U}, {0U, 1U}, {1U, 1U}, {1U, 0U}}) {
+        mesh.cell_vertices.push_back(vertex(s + ahead, r + out, z + up));
+      }
+    }
+  }
+  oracle::sharpen_by_cells(mesh, 1);
+  return mesh;
+}
+
 // Three cells round a hole: a brick that went on round it would meet itself.
 TEST(CellBricks, DoNotMeetThemselves) {
-  for (const int sectors : {3, 4, 5, 6}) {
-    const auto solid = LimitSolid::prepare(oracle::fan_mesh(sectors, 3, 4));
+  for (const std::uint32_t sectors : {3U, 4U, 5U, 6U}) {
+    const auto solid = LimitSolid::prepare(sharp_tube(sectors, 4));
     const CellBricks& bricks = solid->data().bricks;
+    ASSERT_GT(bricks.size(), 0U);
+    EXPECT_EQ(bricks[0].cell_count(), 16 * std::min(sectors, 4U));
     for (std::uint32_t b = 0; b < bricks.size(); ++b) {
       std::vector<LimitCellId> cells;
       for (const CellBricks::Cell& cell : bricks.cells(bricks[b])) cells.push_back(cell.cell);
@@ -136,6 +178,13 @@ TEST(CellBricks, KnowTheirSidesOnTheBoundary) {
     EXPECT_EQ(std::popcount(brick.boundary_sides), 5);
     EXPECT_EQ(brick.phantoms, brick.boundary_sides);
   }
+}
+
+TEST(CellBricks, KnowThemHoweverCellsAreTurned) {
+  const auto solid = LimitSolid::prepare(turned(sharp_box(9, 5, 4), 3));
+  const CellBricks& bricks = solid->data().bricks;
+  ASSERT_GT(bricks.size(), 0U);
+  for (std::uint32_t b = 0; b < bricks.size(); ++b) EXPECT_EQ(bricks[b].phantoms, bricks[b].boundary_sides);
 }
 
 TEST(CellBricks, EndBetweenCellRegionsAndAreNoneAsMeshed) {
