@@ -10,7 +10,9 @@
 //
 //   |X - Q| <= max |X_ijk - Q_ijk|    over the control points that the box depends on.
 //
-// Samples are those of Q, so that all that holds of one patch holds of them; the RESIDUALS bound the rest.
+// Samples are those of Q, so that all that holds of one patch holds of them; the RESIDUALS bound the rest. Four cells
+// turn oftener than one does, so how far Q bulges beyond the box of its samples is bounded, too: interpolation between
+// nodes along an axis leaves out an eighth of the largest second difference there at most.
 
 #pragma once
 
@@ -26,10 +28,12 @@
 
 namespace ccslice {
 
-/// Bounds of |X - Q|: zero within one cell, but for rounding.
+/// Bounds of |X - Q|. Zero within one cell.
 struct BrickResiduals {
   Vec3 position = Vec3::Zero();
   std::vector<double> values;  // By channel asked for.
+  /// How far positions of Q may lie beyond the box of its samples. Zero within one cell, where it isn't looked for.
+  Vec3 bulge = Vec3::Zero();
 };
 
 /// One solid, one thread.
@@ -38,7 +42,7 @@ class BrickSampler {
   /// REQUIRES: the solid outlives this.
   BrickSampler(const LimitSolid& solid, std::vector<std::uint32_t> channels);
 
-  /// Samples Q at the box's nodes. Positions and their residuals are in mm of the mesh.
+  /// Samples Q at the box's nodes. Positions, their residuals and bulges are in mm of the mesh.
   void sample(const CellBrick& brick, const ParamBox& box, CellBlock& block, BrickResiduals& residuals);
 
  private:

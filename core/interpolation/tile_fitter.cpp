@@ -190,7 +190,7 @@ bool TileFitter::is_at_boundary(const TileParticle& particle, const Box3& box) c
       const std::size_t at = n / kBlockStride[side / 2] % kBlockNodes;
       if (at == (high ? kBlockNodes - 1 : 0)) face.extend(at_slot(particle.places, block_slot(n)));
     }
-    if (grown(face, kParticleMargin).intersects(reached)) return true;
+    if (particle.box_around(face).intersects(reached)) return true;
   }
   return false;
 }

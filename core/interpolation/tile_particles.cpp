@@ -17,6 +17,8 @@ namespace {
 
 constexpr std::uint64_t kVoxelsAParticle = 48;  // Fewer are inverted as quickly as it is sampled and bounded.
 constexpr std::size_t kFewest = 4;              // Boxes of few voxels may have so many.
+// As a share of a particle's size: how far it may reach beyond the box of its samples.
+constexpr double kMargin = 0.06;
 // As a share of the box's size: particles that stick out farther are halved. What lies in several cells is that smooth
 // that it may stick out farther.
 constexpr double kMostOver = 0.6, kMostOverOfBrick = 1.2;
@@ -25,6 +27,12 @@ constexpr double kMarginOver = 2.5;     // or by so few along an axis. However s
 constexpr double kMostResidual = 0.05;  // As a share of a tolerance, about.
 
 }  // namespace
+
+Box3 TileParticle::box_around(const Box3& samples) const {
+  const Box3 box = grown(samples, kMargin);
+  const Vec3 bulge = (samples.min() - box.min()).cwiseMax(residuals.bulge) + residuals.position;
+  return Box3(samples.min() - bulge, samples.max() + bulge);
+}
 
 TileParticles::TileParticles(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
                              std::shared_ptr<BlockStencils> stencils)
@@ -147,7 +155,6 @@ std::uint32_t TileParticles::add_particle(const TileParticle& like, const ParamB
 }
 
 void TileParticles::sample(TileParticle& particle) {
-  particle.residuals.position.setZero();
   if (particle.brick != kNone) {
     particle.one_patch = true;
     blocks_.sample(solid_->bricks()[particle.brick], particle.parameters, particle.places, particle.values,
@@ -155,12 +162,12 @@ void TileParticles::sample(TileParticle& particle) {
   } else {
     particle.one_patch = blocks_.is_in_one_patch(particle.cell, particle.parameters);
     blocks_.sample(particle.cell, particle.parameters, particle.places, particle.values);
+    particle.residuals.position.setZero();
+    particle.residuals.bulge.setZero();
   }
-  particle.bounds = Box3();
-  for (std::size_t slot = 0; slot < kBlockSlots; ++slot) particle.bounds.extend(at_slot(particle.places, slot));
-  particle.bounds = grown(particle.bounds, kParticleMargin);
-  particle.bounds =
-      Box3(particle.bounds.min() - particle.residuals.position, particle.bounds.max() + particle.residuals.position);
+  Box3 samples;
+  for (std::size_t slot = 0; slot < kBlockSlots; ++slot) samples.extend(at_slot(particle.places, slot));
+  particle.bounds = particle.box_around(samples);
   particle.coarse_axes = particle.brick == kNone ? 0 : coarse_axes(particle);
 }
 

@@ -28,9 +28,6 @@
 
 namespace ccslice {
 
-/// As a share of a particle's size: how far its faces may reach beyond the box of its samples.
-inline constexpr double kParticleMargin = 0.06;
-
 struct TileParticle {
   LimitCellId cell;
   std::uint32_t brick = kNone;                  // The parameters are this one's, unless it is kNone.
@@ -40,8 +37,11 @@ struct TileParticle {
   Box3 bounds;     // Voxels.
   BlockPlacesInVoxels places;
   std::vector<BlockValues> values;  // By channel.
-  BrickResiduals residuals;         // Of a brick, positions in voxels.
+  BrickResiduals residuals;         // Zero unless it is of a brick. Those of positions and the bulge are in voxels.
   unsigned coarse_axes = 0;         // Bit a: it has several cells along axis a and no fit is made of it as a whole.
+
+  /// A box around all that lies between some of its samples, such as those of a side, of which this is the box.
+  Box3 box_around(const Box3& samples) const;
 };
 
 /// One thread. Memory is kept.

@@ -67,7 +67,9 @@ void VoxelBlocks::sample(const CellBrick& brick, const ParamBox& box, BlockPlace
   brick_sampler_.sample(brick, box, block_, residuals);
   block_.values.swap(values);
   place(kBlockGroups, places);
-  residuals.position = voxel_of_mesh_.linear().cwiseAbs() * residuals.position;
+  const Eigen::Matrix3d sizes = voxel_of_mesh_.linear().cwiseAbs();
+  residuals.position = sizes * residuals.position;
+  residuals.bulge = sizes * residuals.bulge;
 }
 
 void VoxelBlocks::sample_between_nodes(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places,

@@ -45,7 +45,7 @@ class VoxelBlocks {
   bool is_beside_line(LimitCellId cell, const ParamBox& box) const;
   /// Samples at the nodes. `values`: of the spec's channels.
   void sample(LimitCellId cell, const ParamBox& box, BlockPlacesInVoxels& places, std::vector<BlockValues>& values);
-  /// The same of a box of a brick. Of its residuals, positions are in voxels.
+  /// The same of a box of a brick. Its residuals of positions and its bulge are in voxels.
   void sample(const CellBrick& brick, const ParamBox& box, BlockPlacesInVoxels& places,
               std::vector<BlockValues>& values, BrickResiduals& residuals);
   /// Samples between the nodes: the first kGroupsBetweenNodes groups.

@@ -111,7 +111,7 @@ TEST(BrickBlocks, ResidualsBoundWhatSamplesLeaveOut) {
         EXPECT_LE(found.values[c], residuals.values[c] + 1e-12);
         EXPECT_GE(found.values[c], in_one_cell ? 0 : 2e-3 * residuals.values[c]);
         if (in_one_cell) {
-          EXPECT_LT(residuals.values[c], 1e-11);
+          EXPECT_EQ(residuals.values[c], 0);
         }
       }
     }
@@ -144,8 +144,39 @@ TEST(BrickBlocks, WithinACellSamplesAreThoseOfTheCell) {
         EXPECT_NEAR(block.values[c][slot / kLanes][slot % kLanes], values[c], 1e-12);
       }
     }
-    EXPECT_LT(residuals.position.maxCoeff(), 1e-9);
+    EXPECT_EQ(residuals.position.maxCoeff(), 0);
+    EXPECT_EQ(residuals.bulge.maxCoeff(), 0);
   }
+}
+
+// Along its first axis it goes up, down and up again, and turns between samples.
+TEST(BrickBlocks, BulgesBoundWhatLiesBeyondTheSamples) {
+  BoxShape shape;
+  shape.cells_x = 12, shape.cells_y = shape.cells_z = 4;
+  shape.size_mm = Vec3(12, 0.4, 4);
+  ControlMesh mesh = make_box(shape);
+  for (Vec3& vertex : mesh.positions) {
+    const double along = std::clamp(std::round(vertex.x()), 3.0, 9.0) - 6;
+    vertex.y() += along * along * along - 7.75 * along;  // Control points of t^3 - 6.75 t.
+  }
+  const auto solid = LimitSolid::prepare(mesh);
+  LimitEvaluator evaluator(*solid);
+  BrickSampler sampler(*solid, {});
+  CellBlock block;
+  BrickResiduals residuals;
+  const CellBricks& bricks = solid->data().bricks;
+  ASSERT_EQ(bricks.size(), 3U);
+  double farthest = 0;
+  for (std::uint32_t b = 0; b < bricks.size(); ++b) {
+    sampler.sample(bricks[b], {Vec3::Zero(), Vec3(4, 4, 4)}, block, residuals);
+    Box3 samples, limit;
+    for (std::size_t node = 0; node < kBlockPoints; ++node) samples.extend(at_slot(block.position, block_slot(node)));
+    for (int n = 0; n <= 64; ++n) limit.extend(evaluator.geo(bricks.cell_param(bricks[b], Vec3(n / 16.0, 0, 0))));
+    const Vec3 beyond = (samples.min() - limit.min()).cwiseMax(limit.max() - samples.max());
+    for (int a = 0; a < 3; ++a) EXPECT_LE(beyond[a], residuals.bulge[a] + residuals.position[a] + 1e-12);
+    if (residuals.position.maxCoeff() < 1e-9) farthest = std::max(farthest, beyond.y() / samples.sizes().y());
+  }
+  EXPECT_GT(farthest, 0.08) << "nothing is tested here";
 }
 
 // Refined cells are parts of one patch.

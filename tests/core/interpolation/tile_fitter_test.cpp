@@ -153,6 +153,59 @@ TEST_F(TileFitterTest, TakesCellsOfABrickTogetherWhereTheyAreSmooth) {
   EXPECT_TRUE(std::ranges::none_of(rough_ones.members(found), [&](auto m) { return in_several(rough_ones[m]); }));
 }
 
+// A wave whose crest lies in a brick, farther beyond its samples than the crest of a parabola may.
+TEST_F(TileFitterTest, MeetsWhatABrickReachesBetweenItsSamples) {
+  ControlMesh mesh = oracle::box_mesh(12, 4, 4, 1);
+  for (Vec3& vertex : mesh.positions) {
+    const double along = std::clamp(std::round(vertex.x()), 3.0, 9.0) - 6;
+    vertex = Vec3(6 * vertex.x() - 36, 2 * (along * along * along - 7.75 * along) + 0.25 * vertex.y(), 4 * vertex.z());
+  }
+  oracle::sharpen_by_cells(mesh, 1);
+  take(mesh, {[](const Vec3&) { return 1.0; }}, kTileOutside, kTileTolerance, {0.1, 0.1, 0.1});
+  const Placement voxel_of_world = voxel_of_mesh(spec_.placement, spec_.grid);
+  const Vec3 crest = voxel_of_world * Vec3(-9, 14.5, 8);
+  const Box3 above(crest - Vec3(20, 3, 8), crest + Vec3(200, 20, 8));
+  EXPECT_GT(cells_meeting(above), 0u);
+  const TileParticles::Range found = fitter_->particles().enter(above, voxels_in(above), {});
+  EXPECT_TRUE(!found.known || !fitter_->particles().members(found).empty());
+}
+
+// A ridge across each brick, turned to another axis: its tricubic polynomial misses it, but as the channel is constant,
+// the brick stays whole.
+TEST_F(TileFitterTest, MeetsAllThatResidualsLeaveOut) {
+  ControlMesh mesh = oracle::box_mesh(12, 4, 4, 1);
+  for (Vec3& vertex : mesh.positions) {
+    vertex.y() = 0.05 * vertex.y() + (std::lround(vertex.x()) % 4 == 2 ? 1 : 0);
+  }
+  oracle::sharpen_by_cells(mesh, 1);
+  spec_.placement.linear() << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  take(mesh, {[](const Vec3&) { return 1.0; }}, kTileOutside, kTileTolerance, {0.02, 0.03, 0.02});
+  const GridExtent& extent = spec_.grid.extent;
+  const Box3 all(Vec3::Zero(), Vec3(extent.columns, extent.rows, extent.layers));
+  const TileParticles::Range found = fitter_->particles().enter(all, voxels_in(all), {});
+  ASSERT_TRUE(found.known);
+  const CellBricks& bricks = solid_->bricks();
+  const Placement voxel_of_world = voxel_of_mesh(spec_.placement, spec_.grid);
+  LimitEvaluator evaluator(*solid_);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> share(0, 1);
+  double farthest = 0;
+  for (const std::uint32_t m : fitter_->particles().members(found)) {
+    const TileParticle& particle = fitter_->particles()[m];
+    ASSERT_NE(particle.brick, kNone);
+    Box3 samples;
+    for (std::size_t slot = 0; slot < kBlockSlots; ++slot) samples.extend(at_slot(particle.places, slot));
+    samples = grown(samples, 0.06);
+    for (int n = 0; n < 300; ++n) {
+      const Vec3 at = Vec3(share(random), share(random), share(random)).cwiseProduct(particle.parameters.high);
+      const Vec3 voxel = voxel_of_world * evaluator.geo(bricks.cell_param(bricks[particle.brick], at));
+      EXPECT_TRUE(particle.bounds.contains(voxel));
+      farthest = std::max(farthest, (samples.min() - voxel).maxCoeff());
+    }
+  }
+  EXPECT_GT(farthest, 1) << "nothing is tested here";
+}
+
 // Boxes of all sizes, of many channels, inside and at the boundary, in each of which some outcome is right: whatever is
 // said to fit has to.
 TEST_F(TileFitterTest, WhatFitsKeepsTheToleranceEverywhere) {
@@ -310,12 +363,18 @@ TEST_F(TileFitterTest, StartsAnewAfterBoxesThatWereNeverLeft) {
 TEST_F(TileFitterTest, RefusesSteepPolynomialsBesideTheBoundaryOnly) {
   const auto linear = [](const Vec3& p) { return p.x() / 16; };
   const Box3 beside(Vec3(0, 24, 16), Vec3(15, 39, 31)), inside(Vec3(40, 24, 16), Vec3(55, 39, 31));
-  for (const bool proved : {false, true}) {
-    for (const auto& [outside_mm, expected] : {std::pair(0.01, Outcome::kFits), std::pair(0.02, Outcome::kHalve)}) {
-      spec_.proved = proved;
-      take(bent_box(0), {linear}, outside_mm);
-      EXPECT_EQ(fit(fitter_->particles().enter(beside, voxels_in(beside), {}), beside), expected);
-      EXPECT_EQ(fit(fitter_->particles().enter(inside, voxels_in(inside), {}), inside), Outcome::kFits);
+  const Box3 at_end(Vec3(74, 24, 16), Vec3(89, 39, 31));
+  ControlMesh all_in_bricks = bent_box(0);
+  oracle::sharpen_by_cells(all_in_bricks, 1);
+  for (const ControlMesh& mesh : {bent_box(0), all_in_bricks}) {
+    for (const bool proved : {false, true}) {
+      for (const auto& [outside_mm, expected] : {std::pair(0.01, Outcome::kFits), std::pair(0.02, Outcome::kHalve)}) {
+        spec_.proved = proved;
+        take(mesh, {linear}, outside_mm);
+        EXPECT_EQ(fit(fitter_->particles().enter(beside, voxels_in(beside), {}), beside), expected);
+        EXPECT_EQ(fit(fitter_->particles().enter(at_end, voxels_in(at_end), {}), at_end), expected);
+        EXPECT_EQ(fit(fitter_->particles().enter(inside, voxels_in(inside), {}), inside), Outcome::kFits);
+      }
     }
   }
 }
