@@ -79,14 +79,16 @@ void TileParticles::leave(const Range& range) { members_.resize(range.first); }
 bool TileParticles::collect(const Box3& box, std::size_t most) {
   const CellBricks& bricks = solid_->bricks();
   const auto first_cell = static_cast<std::uint32_t>(bricks.size());
+  // A cell in no brick counts as many as a brick may have: where units are too many, not all cells need be met.
+  constexpr std::size_t kCellsABrick = CellBricks::kMostCells * CellBricks::kMostCells * CellBricks::kMostCells;
   units_.clear();
   std::size_t cells = 0;
   bool too_many = solid_->index().cell_boxes.any_meeting(box.transformed(mesh_of_voxel_), [&](std::uint32_t cell) {
     const std::uint32_t brick = bricks.brick_of(LimitCellId{cell});
     const std::uint32_t unit = brick == kNone ? first_cell + cell : brick;
     if (units_.empty() || units_.back() != unit) units_.push_back(unit);
-    cells += brick == kNone ? 1 : 0;
-    return cells > most;
+    cells += brick == kNone ? kCellsABrick : 1;
+    return cells > kCellsABrick * most;
   });
   std::ranges::sort(units_);
   units_.erase(std::unique(units_.begin(), units_.end()), units_.end());
