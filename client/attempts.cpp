@@ -11,14 +11,14 @@
 
 namespace ccslice::client {
 
-Attempts::Attempts(const RetryPolicy& policy, const CallOptions& call, const Endpoints& endpoints, std::string mesh_id,
-                   std::size_t turn)
-    : policy_(policy), call_(call), endpoints_(endpoints), mesh_id_(std::move(mesh_id)), turn_(turn) {
+Attempts::Attempts(const RetryPolicy& policy, const CallOptions& call, const Endpoints& endpoints,
+                   std::vector<std::string> mesh_ids, std::size_t turn)
+    : policy_(policy), call_(call), endpoints_(endpoints), mesh_ids_(std::move(mesh_ids)), turn_(turn) {
   endpoint_ = order().front();
 }
 
 EndpointList Attempts::order() const {
-  EndpointList endpoints = endpoints_.in_order(mesh_id_);
+  EndpointList endpoints = endpoints_.in_order(mesh_ids_.empty() ? "" : mesh_ids_.front());
   const auto first = endpoints.begin() + static_cast<std::ptrdiff_t>(turn_ % endpoints.size());
   std::rotate(endpoints.begin(), first, endpoints.end());
   return endpoints;

@@ -22,9 +22,12 @@ namespace ccslice::client {
 /// Counts the attempts of one call, each with all endpoints in turn, and makes the pauses between them.
 class Attempts {
  public:
-  /// `call` and `endpoints` outlive this. The order of the mesh begins with its endpoint number `turn`.
-  Attempts(const RetryPolicy& policy, const CallOptions& call, const Endpoints& endpoints, std::string mesh_id,
-           std::size_t turn = 0);
+  /// `mesh_ids`: of the call; none stand for an empty one. `call` and `endpoints` outlive this. The order of the first
+  /// mesh begins with its endpoint number `turn`.
+  Attempts(const RetryPolicy& policy, const CallOptions& call, const Endpoints& endpoints,
+           std::vector<std::string> mesh_ids, std::size_t turn = 0);
+
+  const std::vector<std::string>& mesh_ids() const noexcept { return mesh_ids_; }
 
   /// Who gets the call now.
   const std::shared_ptr<const Endpoint>& endpoint() const noexcept { return endpoint_; }
@@ -60,7 +63,7 @@ class Attempts {
   const RetryPolicy policy_;
   const CallOptions& call_;
   const Endpoints& endpoints_;
-  const std::string mesh_id_;
+  const std::vector<std::string> mesh_ids_;
   const std::size_t turn_;
   std::shared_ptr<const Endpoint> endpoint_;
   std::vector<std::pair<std::string, ClientError>> failed_;  // Addresses, since the last pause.
@@ -71,22 +74,19 @@ class Attempts {
   std::minstd_rand random_{std::random_device{}()};
 };
 
-/// Runs `body(endpoint)` until it succeeds, as long as its errors pass. Where a server misses a mesh that we remember,
-/// it is uploaded there before the next attempt.
+/// Runs `body(endpoint)` until it succeeds, as long as its errors pass. Where a server misses meshes that we remember,
+/// they are uploaded there before the next attempt.
 template <typename Body>
 auto Client::with_retries(const CallOptions& call, Attempts& attempts, int& reuploads, Body&& body) {
-  std::shared_ptr<const MeshBytes> missing;
   std::shared_ptr<const Endpoint> misses;
   for (;;) {
     try {
-      if (missing && misses == attempts.endpoint()) upload_once(*misses, *missing, {}, call);
-      missing = nullptr;
+      if (misses && misses == attempts.endpoint()) upload_missing(*misses, attempts.mesh_ids(), call);
+      misses = nullptr;
       return body(*attempts.endpoint());
     } catch (const ClientError& error) {
-      const std::shared_ptr<const MeshBytes> mesh = remembered(error.missing_mesh_id());
-      if (mesh) {
+      if (remembered(error.missing_mesh_id())) {
         attempts.count_reupload(error);
-        missing = mesh;
         misses = attempts.endpoint();
         ++reuploads;
       } else {
@@ -97,8 +97,8 @@ auto Client::with_retries(const CallOptions& call, Attempts& attempts, int& reup
 }
 
 template <typename Body>
-auto Client::with_retries(const CallOptions& call, const std::string& mesh_id, Body&& body) {
-  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, mesh_id);
+auto Client::with_retries(const CallOptions& call, const std::vector<std::string>& mesh_ids, Body&& body) {
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, mesh_ids);
   int reuploads = 0;
   return with_retries(call, attempts, reuploads, body);
 }

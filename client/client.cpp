@@ -3,6 +3,7 @@
 
 #include "client/client.h"
 
+#include <set>
 #include <utility>
 
 #include "client/attempts.h"
@@ -31,7 +32,7 @@ std::shared_ptr<const Endpoint> Client::endpoint_of(const std::string& mesh_id, 
   if (endpoints.size() == 1) return endpoints.front();
   CallOptions once = call;
   once.retry = RetryPolicy{.max_attempts = 1};
-  Attempts attempts(*once.retry, once, *endpoints_, mesh_id);
+  Attempts attempts(*once.retry, once, *endpoints_, {mesh_id});
   int reuploads = 0;
   try {
     // GetMesh, so that a server that hasn't met the mesh gets it.
@@ -49,7 +50,7 @@ std::shared_ptr<const MeshBytes> Client::remembered(const std::string& mesh_id) 
 }
 
 v1::GetServerInfoResponse Client::server_info(const CallOptions& call) {
-  return with_retries(call, "", [&](const Endpoint& at) {
+  return with_retries(call, {}, [&](const Endpoint& at) {
     Call one(call, at, "");
     v1::GetServerInfoResponse response;
     one.check(at.stub->GetServerInfo(&one.context(), {}, &response));
@@ -72,7 +73,7 @@ v1::MeshSummary Client::get_mesh(const Endpoint& endpoint, const std::string& me
 
 v1::MeshSummary Client::mesh_summary(const std::string& mesh_id, const CallOptions& call,
                                      const PreparationReport& preparation) {
-  return with_retries(call, mesh_id, [&](const Endpoint& at) { return get_mesh(at, mesh_id, call, preparation); });
+  return with_retries(call, {mesh_id}, [&](const Endpoint& at) { return get_mesh(at, mesh_id, call, preparation); });
 }
 
 std::vector<v1::MeshSummary> Client::list_meshes(const CallOptions& call) {
@@ -81,7 +82,7 @@ std::vector<v1::MeshSummary> Client::list_meshes(const CallOptions& call) {
   std::vector<v1::MeshSummary> meshes;
   v1::ListMeshesRequest request;
   do {
-    const v1::ListMeshesResponse page = with_retries(call, "", [&](const Endpoint& at) {
+    const v1::ListMeshesResponse page = with_retries(call, {}, [&](const Endpoint& at) {
       Call one(call, at, "");
       v1::ListMeshesResponse response;
       one.check(at.stub->ListMeshes(&one.context(), request, &response));
@@ -100,7 +101,7 @@ bool Client::delete_mesh(const std::string& mesh_id, const CallOptions& call) {
   bool deleted = false;
   for (std::size_t turn = endpoints_->in_order(mesh_id).size(); turn-- > 0;) {
     // Of each server in turn: one that can't be reached leaves its turn to another.
-    Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, mesh_id, turn);
+    Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, {mesh_id}, turn);
     int reuploads = 0;
     deleted |= with_retries(call, attempts, reuploads, [&](const Endpoint& at) {
       Call one(call, at, mesh_id);
@@ -116,12 +117,28 @@ bool Client::delete_mesh(const std::string& mesh_id, const CallOptions& call) {
 
 v1::PlanSlicesResponse Client::plan(const v1::PlanSlicesRequest& request, const CallOptions& call) {
   const std::string mesh_id = mesh_id_of(request.job());
-  return with_retries(call, mesh_id, [&](const Endpoint& at) {
+  return with_retries(call, mesh_ids_of(request.job()), [&](const Endpoint& at) {
     Call one(call, at, mesh_id);
     v1::PlanSlicesResponse response;
     one.check(at.stub->PlanSlices(&one.context(), request, &response));
     return response;
   });
+}
+
+void Client::upload_missing(const Endpoint& endpoint, const std::vector<std::string>& mesh_ids,
+                            const CallOptions& call) {
+  std::vector<std::string> missing = mesh_ids;
+  if (mesh_ids.size() > 1) {
+    Call one(call, endpoint, mesh_ids.front());
+    v1::FindMissingMeshesRequest request;
+    for (const std::string& id : std::set<std::string>(mesh_ids.begin(), mesh_ids.end())) request.add_mesh_ids(id);
+    v1::FindMissingMeshesResponse response;
+    one.check(endpoint.stub->FindMissingMeshes(&one.context(), request, &response));
+    missing.assign(response.missing_mesh_ids().begin(), response.missing_mesh_ids().end());
+  }
+  for (const std::string& id : missing) {
+    if (const auto mesh = remembered(id)) upload_once(endpoint, *mesh, {}, call);
+  }
 }
 
 UploadOutcome Client::ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, const UploadProgress& progress,
@@ -130,7 +147,7 @@ UploadOutcome Client::ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, con
     const std::lock_guard lock(mutex_);
     meshes_[mesh->id()] = mesh;
   }
-  const bool missing = with_retries(call, mesh->id(), [&](const Endpoint& at) {
+  const bool missing = with_retries(call, {mesh->id()}, [&](const Endpoint& at) {
     Call one(call, at, mesh->id());
     v1::FindMissingMeshesRequest request;
     request.add_mesh_ids(mesh->id());
@@ -140,7 +157,7 @@ UploadOutcome Client::ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, con
   });
   if (!missing) return {mesh_summary(mesh->id(), call, preparation), true};
   v1::UploadMeshResponse response = with_retries(
-      call, mesh->id(), [&](const Endpoint& at) { return upload_once(at, *mesh, progress, call, preparation); });
+      call, {mesh->id()}, [&](const Endpoint& at) { return upload_once(at, *mesh, progress, call, preparation); });
   return {std::move(*response.mutable_mesh()), response.already_cached()};
 }
 

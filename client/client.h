@@ -113,6 +113,7 @@ struct SliceOutcome {
   std::uint64_t voxels_off_map = 0;            // These three as in LayerStatistics.
   std::uint64_t voxels_scaled_up = 0;
   double least_fraction_sum = 0;
+  std::uint64_t voxels_covered = 0;  // Of parts, that another part has: once for each part that lacks them.
   /// Adds the layers and voxels of another part of the same job.
   void add_counts(const SliceOutcome& part);
 
@@ -179,11 +180,13 @@ class Client {
 
  private:
   template <typename Body>
-  auto with_retries(const CallOptions& call, const std::string& mesh_id, Body&& body);
+  auto with_retries(const CallOptions& call, const std::vector<std::string>& mesh_ids, Body&& body);
   template <typename Body>
   auto with_retries(const CallOptions& call, Attempts& attempts, int& reuploads, Body&& body);
   v1::UploadMeshResponse upload_once(const Endpoint& endpoint, const MeshBytes& mesh, const UploadProgress& progress,
                                      const CallOptions& call, const PreparationReport& preparation = {});
+  /// Uploads those that the server lacks and we remember.
+  void upload_missing(const Endpoint& endpoint, const std::vector<std::string>& mesh_ids, const CallOptions& call);
   SliceOutcome slice_from(std::size_t turn, const v1::SliceRangeRequest& request, const LayerCallback& on_layer,
                           const CallOptions& call, SlicePin& pin);
   SliceOutcome slice_split(unsigned streams, const v1::SliceRangeRequest& request, const LayerCallback& on_layer,

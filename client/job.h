@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Jobs of one part, as servers take them.
+// Jobs as servers take them.
 
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "ccslice/v1/job.pb.h"
 
@@ -20,7 +21,14 @@ inline v1::SliceJob job_of(const std::string& mesh_id, const v1::Placement& plac
   return job;
 }
 
-/// The mesh of the job's part: servers are chosen by it. Empty if there is no part.
+/// The meshes of the job's parts, in their order.
+inline std::vector<std::string> mesh_ids_of(const v1::SliceJob& job) {
+  std::vector<std::string> ids;
+  for (const v1::Part& part : job.parts()) ids.push_back(part.mesh_id());
+  return ids;
+}
+
+/// The mesh of the first part: servers are chosen by it. Empty if there is no part.
 inline std::string mesh_id_of(const v1::SliceJob& job) { return job.parts().empty() ? "" : job.parts(0).mesh_id(); }
 
 }  // namespace ccslice::client

@@ -146,7 +146,7 @@ class Probing {
 void Client::probe(const std::string& mesh_id, const v1::Placement& placement, const PointSource& next,
                    const PointAnswers& take, const CallOptions& call) {
   Probing probing(mesh_id, placement, next, take);
-  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, mesh_id);
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, {mesh_id});
   int reuploads = 0;
   with_retries(call, attempts, reuploads, [&](const Endpoint& at) { probing.run(at, call, attempts); });
 }

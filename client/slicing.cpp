@@ -34,8 +34,12 @@ void pin_or_compare(const v1::SliceHeader& header, SlicePin& pin) {
   }
 }
 
+bool has_meshes_of(const v1::SliceJob& job, const v1::SliceHeader& header) {
+  return std::ranges::equal(job.parts(), header.mesh_ids(), {}, &v1::Part::mesh_id);
+}
+
 void check_header(const v1::SliceHeader& header, const v1::SliceRangeRequest& request) {
-  const bool fits = header.mesh_id() == mesh_id_of(request.job()) && header.first_layer() == request.first_layer() &&
+  const bool fits = has_meshes_of(request.job(), header) && header.first_layer() == request.first_layer() &&
                     header.layer_count() == request.layer_count() &&
                     header.planes_size() == request.job().planes_size();
   if (!fits) {
@@ -72,6 +76,7 @@ SliceOutcome counts_of(const Layer& layer) {
   counts.voxels_off_map = statistics.voxels_off_map();
   counts.voxels_scaled_up = statistics.voxels_scaled_up();
   counts.least_fraction_sum = statistics.least_fraction_sum();
+  counts.voxels_covered = statistics.voxels_covered();
   return counts;
 }
 
@@ -145,7 +150,7 @@ void Client::slice_once(const v1::SliceRangeRequest& request, const LayerCallbac
     if (!layers) {
       check_header(message.header(), request);
       pin_or_compare(message.header(), pin);
-      if (outcome.header.mesh_id().empty()) outcome.header = message.header();
+      if (outcome.header.mesh_ids().empty()) outcome.header = message.header();
       layers.emplace(message.header());
       continue;
     }
@@ -173,6 +178,7 @@ void SliceOutcome::add_counts(const SliceOutcome& part) {
   encoded_bytes += part.encoded_bytes;
   add_voxels(material_voxels, part.material_voxels);
   voxels_off_map += part.voxels_off_map;
+  voxels_covered += part.voxels_covered;
   if (part.voxels_scaled_up > 0) {
     const bool first = voxels_scaled_up == 0;
     least_fraction_sum = first ? part.least_fraction_sum : std::min(least_fraction_sum, part.least_fraction_sum);
@@ -183,7 +189,7 @@ void SliceOutcome::add_counts(const SliceOutcome& part) {
 SliceOutcome Client::slice_from(std::size_t turn, const v1::SliceRangeRequest& request, const LayerCallback& on_layer,
                                 const CallOptions& call, SlicePin& pin) {
   SliceOutcome outcome;
-  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, mesh_id_of(request.job()), turn);
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, mesh_ids_of(request.job()), turn);
   with_retries(call, attempts, outcome.reuploads, [&](const Endpoint&) {
     if (outcome.layers == request.layer_count() && outcome.layers > 0) return;
     outcome.resumes += outcome.layers > 0;

@@ -11,7 +11,7 @@
 namespace ccslice::client {
 
 Surface Client::tessellate(const v1::TessellateBoundaryRequest& request, const CallOptions& call) {
-  return with_retries(call, request.mesh_id(), [&](const Endpoint& at) {
+  return with_retries(call, {request.mesh_id()}, [&](const Endpoint& at) {
     Call one(call, at, request.mesh_id());
     SurfaceAssembler surface;
     const auto reader = at.stub->TessellateBoundary(&one.context(), request);

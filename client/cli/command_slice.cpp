@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -31,6 +32,7 @@
 #include "client/cli/slice_report.h"
 #include "client/cli/text_values.h"
 #include "client/client_error.h"
+#include "core/base/count_text.h"
 #include "core/base/echo.h"
 
 namespace ccslice::cli {
@@ -40,6 +42,8 @@ constexpr unsigned kMostStreams = 64;
 
 struct JobOptions {
   MeshOptions mesh;
+  std::vector<std::string> more;  // Further parts.
+  std::vector<std::string> places;
   PlacementOptions placement;
   GridOptions grid;
   PlaneOptions planes;
@@ -66,6 +70,15 @@ struct SliceOptions {
 
 void add_job_options(CLI::App& app, JobOptions& options) {
   add_mesh_options(app, options.mesh);
+  app.add_option(
+      "MORE", options.more,
+      "Further parts of the job: files or ids like MESH, which options of the mesh hold for, too. A voxel in "
+      "several parts is the first one's");
+  app.add_option("--at", options.places,
+                 "X,Y,Z in mm: where to move a part to, after --scale, --rotate and --translate. Repeated for several "
+                 "parts, in their order; for a single one, a copy at each place")
+      ->allow_extra_args(false)
+      ->group("Placement");
   add_grid_options(app, options.grid);
   add_placement_options(app, options.placement);
   add_plane_options(app, options.planes);
@@ -81,10 +94,62 @@ void add_job_options(CLI::App& app, JobOptions& options) {
       ->group("Pictures");
 }
 
+/// `placement`, moved.
+v1::Placement moved(v1::Placement placement, const std::vector<double>& by_mm) {
+  constexpr int kEntries = 12, kRow = 4;
+  for (int i = placement.matrix_size(); i < kEntries; ++i) placement.add_matrix(i % (kRow + 1) == 0 ? 1 : 0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const int entry = kRow * axis + kRow - 1;
+    placement.set_matrix(entry, placement.matrix(entry) + by_mm[static_cast<std::size_t>(axis)]);
+  }
+  return placement;
+}
+
+/// The file's name without its folder and ending, and a number behind it if another part has that, too.
+std::string name_of_part(const std::string& mesh, const v1::SliceJob& job) {
+  constexpr std::size_t kMostBytes = 56;
+  const std::string name = echoed(std::filesystem::path(mesh).stem().string(), kMostBytes);
+  const auto is_taken = [&](const std::string& wanted) {
+    return std::ranges::any_of(job.parts(), [&](const v1::Part& part) { return part.name() == wanted; });
+  };
+  std::string free = name;
+  for (int number = 2; is_taken(free); ++number) free = name + "-" + std::to_string(number);
+  return free;
+}
+
+/// The parts but for the ids of their meshes, each where --at puts it.
+void place_parts(const JobOptions& options, v1::SliceJob& job) {
+  std::vector<std::vector<double>> places;
+  for (const std::string& place : options.places) places.push_back(parse_numbers("--at", place, 3, 3));
+  const v1::Placement placement = job.parts(0).placements(0);
+  if (options.more.empty()) {
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      *(i == 0 ? job.mutable_parts(0)->mutable_placements(0) : job.mutable_parts(0)->add_placements()) =
+          moved(placement, places[i]);
+    }
+    return;
+  }
+  if (!places.empty() && places.size() != options.more.size() + 1) {
+    throw UsageError("--at: " + count_text(places.size(), "place") + " for " + std::to_string(options.more.size() + 1) +
+                     " parts; give it once for each, or not at all");
+  }
+  job.mutable_parts(0)->set_name(name_of_part(options.mesh.mesh, job));
+  for (const std::string& mesh : options.more) {
+    v1::Part part;
+    part.set_name(name_of_part(mesh, job));
+    *part.add_placements() = placement;
+    *job.add_parts() = std::move(part);
+  }
+  for (int p = 0; p < job.parts_size() && !places.empty(); ++p) {
+    *job.mutable_parts(p)->mutable_placements(0) = moved(placement, places[static_cast<std::size_t>(p)]);
+  }
+}
+
 /// Without the id of the mesh, which put_on_server() gives it.
 v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {
   if (options.software == "grabcad") fit_to_grabcad(options.layout, options.planes);
   v1::SliceJob job = parse_job(options.grid, options.placement, options.printing);
+  place_parts(options, job);
   *job.mutable_layout() = parse_layout(options.layout);
   const v1::Printing* const printing = job.has_printing() ? &job.printing() : nullptr;
   if (options.software == "grabcad") require_grabcad_materials(printing);
@@ -100,13 +165,35 @@ v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {
   return job;
 }
 
-/// Puts the options' mesh on the server. How near a fit has to come to its vertices follows from the voxels.
-void put_on_server(Session& session, const JobOptions& options, v1::SliceJob& job) {
-  MeshOptions mesh = options.mesh;
-  if (const v1::VoxelPitch& pitch = job.grid().pitch(); job.grid().has_pitch()) {
-    mesh.meaning.voxel_mm = std::min({pitch.x_mm(), pitch.y_mm(), pitch.z_mm()});
+/// What the files of a job's parts call their vertices and cells, by part.
+using PartNumbers = std::vector<std::optional<FileNumbers>>;
+
+/// Puts the options' meshes on the server. How near a fit has to come to its vertices follows from the voxels.
+PartNumbers put_on_server(Session& session, const JobOptions& options, v1::SliceJob& job) {
+  PartNumbers numbers;
+  for (int p = 0; p < job.parts_size(); ++p) {
+    MeshOptions mesh = options.mesh;
+    if (p > 0) mesh.mesh = options.more[static_cast<std::size_t>(p) - 1];
+    if (const v1::VoxelPitch& pitch = job.grid().pitch(); job.grid().has_pitch()) {
+      mesh.meaning.voxel_mm = std::min({pitch.x_mm(), pitch.y_mm(), pitch.z_mm()});
+    }
+    session.forget_file();
+    job.mutable_parts(p)->set_mesh_id(ensure_on_server(session, mesh, options.placement));
+    numbers.push_back(session.file_numbers());
   }
-  job.mutable_parts(0)->set_mesh_id(ensure_on_server(session, mesh, options.placement));
+  return numbers;
+}
+
+/// In the numbers of the parts' files.
+v1::PlanSlicesResponse in_numbers_of_files(v1::PlanSlicesResponse plan, const PartNumbers& numbers) {
+  if (numbers.size() == 1) return numbers.front() ? renumbered(plan, *numbers.front()) : plan;
+  for (v1::PlanWarning& warning : *plan.mutable_warnings()) {
+    if (!warning.has_part() || !numbers[warning.part()]) continue;
+    v1::PlanSlicesResponse alone;
+    *alone.add_warnings() = warning;
+    warning = renumbered(alone, *numbers[warning.part()]).warnings(0);
+  }
+  return plan;
 }
 
 v1::PlanSlicesResponse plan_of(Session& session, const JobOptions& options, const v1::SliceJob& job) {
@@ -118,12 +205,14 @@ v1::PlanSlicesResponse plan_of(Session& session, const JobOptions& options, cons
 
 void run_plan(Session& session, const JobOptions& options) {
   v1::SliceJob job = job_of(options, {});
-  put_on_server(session, options, job);
+  const PartNumbers parts = put_on_server(session, options, job);
   const v1::PlanSlicesResponse plan = plan_of(session, options, job);
-  const std::optional<FileNumbers>& numbers = session.file_numbers();
-  if (!session.options().json) return print_line(numbers ? describe(plan, *numbers) : describe(plan));
+  const std::optional<FileNumbers> numbers = parts.size() == 1 ? parts.front() : std::nullopt;
+  if (!session.options().json)
+    return print_line(numbers ? describe(plan, *numbers) : describe(in_numbers_of_files(plan, parts)));
   JsonWriter json;
-  numbers ? add_json(renumbered(plan, *numbers), json, &*numbers, session.file_notes()) : add_json(plan, json);
+  numbers ? add_json(renumbered(plan, *numbers), json, &*numbers, session.file_notes())
+          : add_json(in_numbers_of_files(plan, parts), json);
   print_line(json.text());
 }
 
@@ -250,16 +339,18 @@ void slice_job(Session& session, const SliceOptions& options, const PlannedJob& 
   if (wants_contact_sheet(options, job, sink)) {
     result.contact_sheet = write_contact_sheet(session, job.whole, result.outcome.header, sink);
   }
-  sink.finish(result.outcome, job.request.job().parts(0).placements(0), job.plan);
+  sink.finish(result.outcome, job.request.job(), job.plan);
   result.written_bytes = sink.written_bytes();
   report_sliced(session, options.output, job, result);
-  if (!session.quiet() && job.layers() == job.plan.layer_count()) warn_of_materials(result.outcome);
+  if (session.quiet()) return;
+  if (job.layers() == job.plan.layer_count()) warn_of_materials(result.outcome);
+  warn_of_covered(result.outcome);
 }
 
 /// The plan of the job in the file's numbers, whose warnings are told.
-v1::PlanSlicesResponse told_plan(Session& session, const SliceOptions& options, const v1::SliceJob& job) {
-  v1::PlanSlicesResponse plan = plan_of(session, options.job, job);
-  if (const std::optional<FileNumbers>& numbers = session.file_numbers()) plan = renumbered(plan, *numbers);
+v1::PlanSlicesResponse told_plan(Session& session, const SliceOptions& options, const v1::SliceJob& job,
+                                 const PartNumbers& numbers) {
+  const v1::PlanSlicesResponse plan = in_numbers_of_files(plan_of(session, options.job, job), numbers);
   if (session.quiet()) return plan;
   for (const v1::PlanWarning& warning : plan.warnings()) {
     print_note("warning: " + echoed(warning.message(), kMaxMessageBytes));
@@ -268,9 +359,10 @@ v1::PlanSlicesResponse told_plan(Session& session, const SliceOptions& options, 
   return plan;
 }
 
-PlannedJob plan_job(Session& session, const SliceOptions& options, const v1::SliceJob& message) {
+PlannedJob plan_job(Session& session, const SliceOptions& options, const v1::SliceJob& message,
+                    const PartNumbers& numbers) {
   PlannedJob job;
-  job.plan = told_plan(session, options, message);
+  job.plan = told_plan(session, options, message, numbers);
   const LayerRange layers = layer_range(options, job.plan);
   job.whole = job.request = slice_request(message, layers);
   job.key = job_key_of(job.whole, job.plan, options.contours + options.job.software);
@@ -292,8 +384,8 @@ void run_slice(Session& session, const SliceOptions& options) {
   if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
   if (options.share) parse_share("--share", *options.share);
   options.to_stdout() ? require_stream(session, options) : refuse_used_folder(options.output, existing_of(options));
-  put_on_server(session, options.job, message);
-  const PlannedJob job = plan_job(session, options, message);
+  const PartNumbers numbers = put_on_server(session, options.job, message);
+  const PlannedJob job = plan_job(session, options, message, numbers);
   const v1::Grid& grid = job.plan.grid();
   contours.box_mm = {grid.origin_mm().x(), grid.origin_mm().y(), grid.extent().columns() * grid.pitch().x_mm(),
                      grid.extent().rows() * grid.pitch().y_mm()};
@@ -365,7 +457,8 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
       "  ccslice slice part.mesh --pitch 0.1 --rotate x=90 --translate=0,0,5 --contours json -o turned\n"
       "  ccslice slice part.mesh --pitch 0.05 --region 10,10,0,30,20,4 --row-order descending -o corner\n"
       "  ccslice slice part.mesh --pitch 0.1 --share 2/8 --resume -o part-2\n"
-      "  ccslice slice part.mesh --pitch 0.1 -o - >layers.tar");
+      "  ccslice slice part.mesh --pitch 0.1 -o - >layers.tar\n"
+      "  ccslice slice body.vtk lid.vtk --at 0,0,0 --at 40,0,0 --pitch 0.1 -o tray");
   return {app, [options](Session& session) { run_slice(session, *options); }};
 }
 

@@ -127,10 +127,10 @@ std::string LayerFolder::write_contact_sheet(const std::string& png) {
   return (folder_->path() / kContactSheet).string();
 }
 
-void LayerFolder::finish(const client::SliceOutcome& outcome, const v1::Placement& placement,
+void LayerFolder::finish(const client::SliceOutcome& outcome, const v1::SliceJob& sliced,
                          const v1::PlanSlicesResponse& plan) {
   layers_.end_array();
-  const std::string text = manifest(outcome, placement, plan, job_, layers_.text());
+  const std::string text = manifest(outcome, sliced, plan, job_, layers_.text());
   folder_->complete(text);
   written_bytes_ += text.size();
   journal_->remove();

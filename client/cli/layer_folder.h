@@ -65,7 +65,7 @@ class LayerFolder : public LayerSink {
   const client::SliceOutcome& finished() const override { return finished_.counts; }
   void write(const client::Layer& layer) override;
   std::string write_contact_sheet(const std::string& png) override;
-  void finish(const client::SliceOutcome& outcome, const v1::Placement& placement,
+  void finish(const client::SliceOutcome& outcome, const v1::SliceJob& sliced,
               const v1::PlanSlicesResponse& plan) override;
   std::uint64_t written_bytes() const override { return written_bytes_; }
 

@@ -27,7 +27,7 @@ class LayerSink {
   /// `png`: the file's bytes. Returns its path. REQUIRES: takes_contact_sheet().
   virtual std::string write_contact_sheet(const std::string& png) = 0;
   /// Writes what says that the job is complete, with the warnings of its plan.
-  virtual void finish(const client::SliceOutcome& outcome, const v1::Placement& placement,
+  virtual void finish(const client::SliceOutcome& outcome, const v1::SliceJob& sliced,
                       const v1::PlanSlicesResponse& plan) = 0;
   virtual std::uint64_t written_bytes() const = 0;
 };

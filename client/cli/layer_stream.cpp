@@ -58,11 +58,11 @@ std::string LayerStream::write_contact_sheet(const std::string& png) {
   return kContactSheet;
 }
 
-void LayerStream::finish(const client::SliceOutcome& outcome, const v1::Placement& placement,
+void LayerStream::finish(const client::SliceOutcome& outcome, const v1::SliceJob& sliced,
                          const v1::PlanSlicesResponse& plan) {
   layers_.end_array();
   if (form_ == StreamForm::kOneFile) return;
-  add(kManifest, manifest(outcome, placement, plan, job_, layers_.text()));
+  add(kManifest, manifest(outcome, sliced, plan, job_, layers_.text()));
   put(tar_end());
   flush();
 }

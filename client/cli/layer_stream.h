@@ -31,7 +31,7 @@ class LayerStream : public LayerSink {
   void write(const client::Layer& layer) override;
   bool takes_contact_sheet() const override { return form_ == StreamForm::kArchive; }
   std::string write_contact_sheet(const std::string& png) override;
-  void finish(const client::SliceOutcome& outcome, const v1::Placement& placement,
+  void finish(const client::SliceOutcome& outcome, const v1::SliceJob& sliced,
               const v1::PlanSlicesResponse& plan) override;
   std::uint64_t written_bytes() const override { return written_bytes_; }
 

@@ -151,6 +151,20 @@ void add_materials(const client::SliceOutcome& outcome, JsonWriter& json) {
   json.member("least_fraction_sum", outcome.least_fraction_sum);
 }
 
+void add_parts(const v1::SliceJob& job, JsonWriter& json) {
+  json.key("parts").begin_array();
+  for (const v1::Part& part : job.parts()) {
+    json.begin_object().member("name", part.name()).member("mesh_id", part.mesh_id()).key("placements").begin_array();
+    for (const v1::Placement& placement : part.placements()) {
+      json.begin_array();
+      for (const double entry : placement.matrix()) json.value(entry);
+      json.end_array();
+    }
+    json.end_array().end_object();
+  }
+  json.end_array();
+}
+
 }  // namespace
 
 void add_material(const std::string& name, const std::string& rgba, std::uint64_t voxels, JsonWriter& json) {
@@ -163,7 +177,7 @@ std::string fault_of_manifest(const google::protobuf::Struct& document) {
   return "is one of another version of ccslice; slice the layers again with this one";
 }
 
-std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement,
+std::string manifest(const client::SliceOutcome& outcome, const v1::SliceJob& sliced,
                      const v1::PlanSlicesResponse& plan, const JobKey& job, const std::string& layers) {
   JsonWriter json;
   json.begin_object()
@@ -174,7 +188,7 @@ std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& p
     json.key("share");
     add_json(*job.share, json);
   }
-  json.member("mesh_id", outcome.header.mesh_id()).member("engine_version", outcome.header.engine_version());
+  json.member("mesh_id", outcome.header.mesh_ids(0)).member("engine_version", outcome.header.engine_version());
   json.key("grid");
   add_json(outcome.header.grid(), json);
   json.key("region");
@@ -182,8 +196,10 @@ std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& p
   json.key("layout");
   add_json(outcome.header.layout(), json);
   json.key("placement").begin_array();
-  for (const double entry : placement.matrix()) json.value(entry);
-  json.end_array().key("planes").begin_array();
+  for (const double entry : sliced.parts(0).placements(0).matrix()) json.value(entry);
+  json.end_array();
+  if (sliced.parts_size() > 1 || sliced.parts(0).placements_size() > 1) add_parts(sliced, json);
+  json.key("planes").begin_array();
   for (const v1::PlaneSpec& plane : outcome.header.planes()) add_plane(plane, json);
   json.end_array();
   if (outcome.header.has_printing()) {

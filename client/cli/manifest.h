@@ -24,7 +24,7 @@ namespace ccslice::cli {
 inline constexpr int kManifestVersion = 2;
 
 /// The text of manifest.json. `plan`: the job's, whose warnings it has as they are. `layers` is a JSON array.
-std::string manifest(const client::SliceOutcome& outcome, const v1::Placement& placement,
+std::string manifest(const client::SliceOutcome& outcome, const v1::SliceJob& sliced,
                      const v1::PlanSlicesResponse& plan, const JobKey& job, const std::string& layers);
 
 /// What is wrong with a document that was read as manifest.json, as the rest of a sentence that its path begins. Empty

@@ -56,6 +56,10 @@ class Session {
   const std::optional<FileNumbers>& file_numbers() const { return file_numbers_; }
   /// What was said of the file.
   const std::vector<std::string>& file_notes() const { return file_notes_; }
+  void forget_file() {
+    file_numbers_.reset();
+    file_notes_.clear();
+  }
   void set_file(FileNumbers numbers, std::vector<std::string> notes) {
     file_numbers_ = std::move(numbers);
     file_notes_ = std::move(notes);

@@ -48,7 +48,7 @@ void report_sliced(const Session& session, const std::string& output, const Plan
   const client::SliceOutcome& outcome = result.outcome;
   if (session.options().json) {
     JsonWriter json;
-    json.begin_object().member("output", output).member("mesh_id", outcome.header.mesh_id());
+    json.begin_object().member("output", output).member("mesh_id", outcome.header.mesh_ids(0));
     add_share(job, json);
     json.member("engine_version", outcome.header.engine_version()).member("layers", outcome.layers);
     json.member("empty_layers", outcome.empty_layers).member("voxel_count", outcome.voxel_count);
@@ -93,6 +93,13 @@ void report_complete(const Session& session, const std::string& output, const Pl
     return print_line(json.end_object().text());
   }
   print_line(show_count(job.layers(), "layer") + " -> " + output);
+}
+
+void warn_of_covered(const client::SliceOutcome& outcome) {
+  if (outcome.voxels_covered == 0) return;
+  print_note("warning: parts overlap in " + show_count(outcome.voxels_covered) +
+             " voxels, counted once for each part that lacks them: the part with the higher priority has them, or else "
+             "the first one. Move the parts apart if that isn't meant");
 }
 
 void warn_of_materials(const client::SliceOutcome& outcome) {

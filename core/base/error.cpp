@@ -82,6 +82,8 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kPlaneInvalid: return "PLANE_INVALID";
     case ErrorCode::kPictureTooLarge: return "PICTURE_TOO_LARGE";
     case ErrorCode::kTooManyParts: return "TOO_MANY_PARTS";
+    case ErrorCode::kPartNameInvalid: return "PART_NAME_INVALID";
+    case ErrorCode::kPartsOverlap: return "PARTS_OVERLAP";
     case ErrorCode::kCancelled: return "CANCELLED";
     case ErrorCode::kInternal: return "INTERNAL";
     case ErrorCode::kFileUnreadable: return "FILE_UNREADABLE";

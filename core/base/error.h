@@ -93,7 +93,9 @@ enum class ErrorCode : int {
   kOutsideSampleInvalid = 245,    // What is to be outside is no sample of the plane.
   kPlaneInvalid = 246,            // Axes that aren't orthonormal, or a plane that isn't finite.
   kPictureTooLarge = 247,         // A picture of no pixels, or of too many.
-  kTooManyParts = 248,            // More parts of a job, or placements of a part, than can be sliced together.
+  kTooManyParts = 248,            // More placed parts in a job than can be sliced together.
+  kPartNameInvalid = 249,         // A name of a part that is empty, too long, or another one's.
+  kPartsOverlap = 250,            // A voxel in several parts, where that is refused.
   // 3xx: execution.
   kCancelled = 300,  // The caller cancelled, or its deadline passed.
   kInternal = 301,   // A broken invariant of ours: please report.

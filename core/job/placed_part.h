@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -24,9 +25,15 @@ struct PlacedPart {
   std::int32_t priority = 0;
 };
 
-/// At least one. REQUIRES of several: validate_job() passes for each; grid, region, order, planes' sample types,
-/// encodings and outside samples, materials, background, and what is asked for of contours are the same in all; integer
-/// planes of channels have a range, the same in all; no more than 255 cell regions in all.
+inline constexpr std::size_t kMaxPlacedParts = 4096;
+
+/// At least one, at most kMaxPlacedParts. REQUIRES of several: validate_job() passes for each; grid, region, order,
+/// planes' sample types, encodings and outside samples, materials, background, and what is asked for of contours and
+/// overlaps are the same in all; integer planes of channels have a range, the same in all; no more than 255
+/// cell_region_names().
 using PlacedParts = std::vector<PlacedPart>;
+
+/// Of all parts, each once, in the order in which parts come. Layers number cell regions so.
+std::vector<std::string> cell_region_names(const PlacedParts& parts);
 
 }  // namespace ccslice

@@ -43,6 +43,7 @@ struct SliceJob {
                                              // 1/1024 for 8-bit planes and materials, 1/65536 for
                                              // others.
   bool prove_materials = false;              // Interpolate only where the error is proved to be within that tolerance.
+  bool refuses_overlaps = false;             // Of several parts: a voxel in more than one of them is an error.
 };
 
 /// The job's region, or all of its grid.

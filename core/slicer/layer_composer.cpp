@@ -8,8 +8,12 @@
 #include <cstring>
 #include <functional>
 #include <numeric>
+#include <string>
 #include <utility>
 
+#include "core/base/echo.h"
+#include "core/base/error.h"
+#include "core/base/place_text.h"
 #include "core/output/encodings.h"
 #include "core/output/region_colours.h"
 #include "core/slicer/part_planes.h"
@@ -43,12 +47,14 @@ LayerComposer::LayerComposer(const PlacedParts& parts)
     : parts_(parts), job_(parts.front().job), region_(region_of(job_).window()), order_(parts.size()) {
   std::iota(order_.begin(), order_.end(), 0);
   std::ranges::stable_sort(order_, std::greater<>(), [&](std::uint32_t part) { return parts[part].priority; });
-  std::size_t regions = 0;
+  const std::vector<std::string> names = cell_region_names(parts);
   for (const PlacedPart& part : parts) {
-    first_region_.push_back(static_cast<std::uint8_t>(regions));
-    regions += part.solid->summary().cell_regions.size();
+    std::vector<std::uint8_t>& numbers = regions_of_.emplace_back();
+    for (const CellRegionSummary& region : part.solid->summary().cell_regions) {
+      numbers.push_back(static_cast<std::uint8_t>(std::ranges::find(names, region.name) - names.begin()));
+    }
   }
-  region_palette_ = region_palette(regions);
+  region_palette_ = region_palette(names.size());
   if (shows_materials(job_)) material_palette_ = palette_of(*job_.printing);
   if (parts.size() == 1) return;
   const SolidSummary& solid = parts.front().solid->summary();
@@ -82,7 +88,7 @@ void LayerComposer::add_contours(std::uint32_t part, const PaintedPart& painted)
   all.unresolved_leaves += painted.shape->contours.unresolved_leaves;
   for (const RegionLoop& loop : painted.shape->region_loops) {
     RegionLoop& added = layer_.region_loops.emplace_back(loop);
-    added.region = static_cast<std::uint8_t>(first_region_[part] + loop.region);
+    added.region = regions_of_[part][loop.region];
     added.part = part;
   }
 }
@@ -113,9 +119,7 @@ void LayerComposer::add_samples(std::uint32_t part, const PaintedPart& painted, 
     if (shows_materials(job_)) materials_.assign(std::size_t{region_.columns} * region_.rows, 0);
   }
   cancel.throw_if_cancelled();
-  const std::span<const VoxelRun> owned = owners_.add(part, painted.shape->spans, [&](const OwnedRun& run) {
-    layer_.stats.voxels_covered += size_of(region_.clipped(run));
-  });
+  const auto owned = owners_.add(part, painted.shape->spans, [&](const OwnedRun& run) { note_covered(part, run); });
   for (const VoxelRun& run : owned) {
     const VoxelRun kept = region_.clipped(run);
     if (kept.begin == kept.end) continue;
@@ -125,6 +129,20 @@ void LayerComposer::add_samples(std::uint32_t part, const PaintedPart& painted, 
     if (shows_materials(job_)) std::memcpy(&materials_[to], &painted.materials.indices[from], count);
   }
   if (shows_cell_regions(job_)) add_regions(part, painted.shape->regions, owned);
+}
+
+/// `run`: voxels of the part that belong to another one.
+void LayerComposer::note_covered(std::uint32_t part, const OwnedRun& run) {
+  constexpr int kDigits = 6;
+  const VoxelRun covered = region_.clipped(run);
+  layer_.stats.voxels_covered += size_of(covered);
+  if (!job_.refuses_overlaps || covered.begin == covered.end) return;
+  const Vec3 place = job_.grid.lattice().centre(covered.begin, covered.row, layer_.z_mm);
+  throw Error(ErrorCode::kPartsOverlap,
+              "overlaps: parts '" + echoed(parts_[run.part].name) + "' and '" + echoed(parts_[part].name) +
+                  "' share voxels, in layer " + std::to_string(layer_.index) + " at " + place_text(place, kDigits) +
+                  "; move them apart, or leave overlaps out, and the one with the higher priority takes them",
+              "overlaps");
 }
 
 /// What of the regions' runs lies in the part's own voxels.
@@ -138,7 +156,7 @@ void LayerComposer::add_regions(std::uint32_t part, std::span<const RegionRun> r
     while (run != owned.end() && is_before()) ++run;
     for (auto met = run; met != owned.end() && met->row == region.row && met->begin < region.end; ++met) {
       regions_.push_back({{region.row, std::max(region.begin, met->begin), std::min(region.end, met->end)},
-                          static_cast<std::uint8_t>(first_region_[part] + region.region)});
+                          regions_of_[part][region.region]});
     }
   }
 }

@@ -61,7 +61,7 @@ class LayerComposer {
   /// Forgets all: a layer of which nothing is known.
   void start(std::uint32_t layer);
   /// `painted`: of the part numbered `part`, in the layer. REQUIRES: parts come in order(); a job's only part stays
-  /// painted until finish(). Throws Error{kCancelled}.
+  /// painted until finish(). Throws Error{kCancelled, kPartsOverlap}.
   void add(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel);
   /// REQUIRES: all parts were added. Throws Error{kCancelled}.
   Layer finish(const CancellationToken& cancel);
@@ -80,6 +80,7 @@ class LayerComposer {
   void add_stats(const PaintedPart& painted);
   void add_samples(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel);
   void add_regions(std::uint32_t part, std::span<const RegionRun> regions, std::span<const VoxelRun> owned);
+  void note_covered(std::uint32_t part, const OwnedRun& run);
   void count();
   std::vector<EncodedPlane> encode(const Samples& samples, const CancellationToken& cancel);
   std::vector<std::string> channel_names(const PlaneSpec& plane) const;
@@ -90,7 +91,7 @@ class LayerComposer {
   const SliceJob& job_;  // The first part's: all are alike in what this reads.
   const LayerWindow region_;
   std::vector<std::uint32_t> order_;
-  std::vector<std::uint8_t> first_region_;  // By part: the number of its first cell region among those of all parts.
+  std::vector<std::vector<std::uint8_t>> regions_of_;  // By part, then by its region: its place in cell_region_names().
   std::vector<std::uint32_t> region_palette_, material_palette_;
 
   // The layer at hand:

@@ -13,6 +13,7 @@
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -23,6 +24,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "server/rpc/call_log.h"
 #include "server/rpc/caller.h"
@@ -129,48 +131,64 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   }
   void give_place_back() { state_.admission.give_back(place_); }
 
-  /// `then` runs once with the mesh, or with why there is none: now if the cache holds it, else in the lane when it has
-  /// come from the store. One mesh at a time. While it comes, which may take minutes, others may have the call's place
-  /// if `place` says so; then the call asks for one again, and may be refused.
+  /// `then` runs once with the meshes, in the order of the ids, or with why there are none: now if the cache holds all,
+  /// else in the lane when they have come from the store. While they come, which may take minutes, others may have the
+  /// call's place if `place` says so; then the call asks for one again, and may be refused.
   enum class WhileMeshComes { kKeepsPlace, kHasNoPlace };
   template <class Then>
-  void with_mesh(const Executor::Lane& lane, const std::string& mesh_id, Then then,
-                 WhileMeshComes place = WhileMeshComes::kKeepsPlace) {
-    MeshPtr mesh;
+  void with_meshes(const Executor::Lane& lane, const std::vector<std::string>& mesh_ids, Then then,
+                   WhileMeshComes place = WhileMeshComes::kKeepsPlace) {
+    const std::vector<MeshPtr> none;
+    std::vector<MeshPtr> meshes;
     try {
-      mesh = find_mesh(state_, mesh_id);
+      meshes = find_meshes(state_, mesh_ids);
     } catch (...) {
-      return then(MeshPtr(), std::current_exception());
+      return then(none, std::current_exception());
     }
-    if (mesh) {
-      note_mesh(mesh);
-      return then(mesh, std::exception_ptr());
+    if (!meshes.empty()) {
+      note_meshes(meshes);
+      return then(meshes, std::exception_ptr());
     }
     const bool asks_again = place == WhileMeshComes::kHasNoPlace;
     if (asks_again) give_place_back();
-    const auto load = std::make_shared<MeshLoad>([lane, then, asks_again, self = this->shared_from_this()](
-                                                     const MeshPtr& loaded, const std::exception_ptr& error) {
-      const auto go_on = [lane, then, self, loaded, error](const std::exception_ptr& refusal) {
-        lane.post([then, self, loaded, error, refusal] { refusal ? then(MeshPtr(), refusal) : then(loaded, error); });
-      };
-      if (loaded) self->note_mesh(loaded);
-      if (error || !asks_again) return go_on(nullptr);
-      self->ask_for_place(go_on);
-      // Stopped just when there was no longer anything to stop, and nothing to leave yet.
-      if (self->stopped_loading_ && self->state_.admission.leave_queue(self->place_)) {
-        go_on(std::make_exception_ptr(Error(ErrorCode::kCancelled, "")));
-      }
-    });
+    const auto load = std::make_shared<MeshSetLoad>(
+        state_, mesh_ids, client_,
+        [lane, then, asks_again, self = this->shared_from_this()](const std::vector<MeshPtr>& loaded,
+                                                                  const std::exception_ptr& error) {
+          const auto go_on = [lane, then, self, loaded, error](const std::exception_ptr& refusal) {
+            lane.post([then, self, loaded, error, refusal] {
+              refusal ? then(std::vector<MeshPtr>(), refusal) : then(loaded, error);
+            });
+          };
+          if (!loaded.empty()) self->note_meshes(loaded);
+          if (error || !asks_again) return go_on(nullptr);
+          self->ask_for_place(go_on);
+          // Stopped just when there was no longer anything to stop, and nothing to leave yet.
+          if (self->stopped_loading_ && self->state_.admission.leave_queue(self->place_)) {
+            go_on(std::make_exception_ptr(Error(ErrorCode::kCancelled, "")));
+          }
+        });
     {
       const std::lock_guard lock(load_mutex_);
       load_ = load;
     }
-    load->begin(state_, mesh_id, client_);
+    load->begin();
+  }
+  /// The same of one mesh; null in place of none.
+  template <class Then>
+  void with_mesh(const Executor::Lane& lane, const std::string& mesh_id, Then then,
+                 WhileMeshComes place = WhileMeshComes::kKeepsPlace) {
+    with_meshes(
+        lane, {mesh_id},
+        [then](const std::vector<MeshPtr>& meshes, const std::exception_ptr& error) {
+          then(meshes.empty() ? MeshPtr() : meshes.front(), error);
+        },
+        place);
   }
   /// For whoever stops the call: it doesn't wait for a mesh any longer.
   void stop_loading() {
     stopped_loading_ = true;
-    std::shared_ptr<MeshLoad> load;
+    std::shared_ptr<MeshSetLoad> load;
     {
       const std::lock_guard lock(load_mutex_);
       load = load_;
@@ -256,10 +274,14 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     end_wait_for_message();
   }
 
-  /// From here on the call may keep it.
-  void note_mesh(const MeshPtr& mesh) {
-    kept_bytes_ = mesh->prepared().memory_bytes;
-    kept_mesh_ = mesh.get();
+  /// From here on the call may keep them. Several count as the first one does, with the bytes of all.
+  void note_meshes(const std::vector<MeshPtr>& meshes) {
+    std::uint64_t bytes = 0;
+    for (auto mesh = meshes.begin(); mesh != meshes.end(); ++mesh) {
+      if (std::find(meshes.begin(), mesh, *mesh) == mesh) bytes += (*mesh)->prepared().memory_bytes;
+    }
+    kept_bytes_ = bytes;
+    kept_mesh_ = meshes.front().get();
   }
   KeptMesh kept_mesh() const override { return {kept_mesh_, kept_bytes_, client_}; }
 
@@ -284,7 +306,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   MemoryBudget::Share request_bytes_;
   ClientCalls::Share client_share_;
   std::mutex load_mutex_;
-  std::shared_ptr<MeshLoad> load_;
+  std::shared_ptr<MeshSetLoad> load_;
   std::atomic<bool> stopped_loading_{false};
   std::atomic<bool> for_reader_{false};  // The wait under way, or the last one.
   std::atomic<const void*> kept_mesh_{nullptr};

@@ -16,8 +16,8 @@
 #include "server/rpc/contract_value.h"
 #include "server/rpc/convert.h"
 #include "server/rpc/job_field.h"
+#include "server/rpc/job_parts.h"
 #include "server/rpc/printer.h"
-#include "server/rpc/slice_job.h"
 #include "server/service/service_error.h"
 
 namespace ccslice::server {
@@ -89,24 +89,24 @@ PreviewJob to_plane_job(const v1::PreviewRequest& request, const PreviewSetting&
   validate_preview(solid.summary(), job, limits);
   if (job.show.content == PreviewContent::kHalftone) {
     job.voxels = at_job("content.halftone", [&] {
-      return to_grid(request.content().halftone(), solid, setting.placement, limits, cancel);
+      return to_grid(request.content().halftone(), solid.placed_bounding_box(setting.placement, cancel), limits);
     });
   }
   return job;
 }
 
 /// The job but for what its pictures would be: contours stand in for them.
-SliceJob to_job_of_layer(const v1::PreviewLayer& plane, const LimitSolid& solid, const SliceLimits& limits,
-                         const CancellationToken& cancel) {
+SliceJob to_job_of_layer(const v1::PreviewLayer& plane, const std::shared_ptr<const LimitSolid>& solid,
+                         const SliceLimits& limits, const CancellationToken& cancel) {
   v1::SliceJob job = plane.job();
   job.clear_planes();
   job.clear_layout();
   job.mutable_contours()->clear_by_cell_region();
-  return to_job(job, kLayerJobPath, solid, limits, cancel);
+  return to_placed_parts(job, kLayerJobPath, std::span(&solid, 1), limits, cancel).front().job;
 }
 
-LayerPreview to_layer(const v1::PreviewRequest& request, const LimitSolid& solid, const SliceLimits& limits,
-                      const CancellationToken& cancel) {
+LayerPreview to_layer(const v1::PreviewRequest& request, const std::shared_ptr<const LimitSolid>& solid,
+                      const SliceLimits& limits, const CancellationToken& cancel) {
   const v1::PreviewLayer& plane = request.plane().layer();
   if (request.width() != 0 || request.height() != 0) {
     malformed("a layer is as wide and high as its region: leave width and height out", "width");
@@ -114,8 +114,8 @@ LayerPreview to_layer(const v1::PreviewRequest& request, const LimitSolid& solid
   SliceJob job = to_job_of_layer(plane, solid, limits, cancel);
   LayerPreview preview;
   const auto printing = job.printing ? std::make_shared<const Printing>(*job.printing) : nullptr;
-  preview.show = to_colours(request.content(), printing, solid.summary());
-  at_job(kLayerJobPath, [&] { validate_colours(solid.summary(), preview.show); });
+  preview.show = to_colours(request.content(), printing, solid->summary());
+  at_job(kLayerJobPath, [&] { validate_colours(solid->summary(), preview.show); });
   const LayerWindow window = region_of(job).window();
   if (window.columns > kMaxPreviewPixels || window.rows > kMaxPreviewPixels) {
     throw Error(ErrorCode::kPictureTooLarge,
@@ -137,16 +137,17 @@ LayerPreview to_layer(const v1::PreviewRequest& request, const LimitSolid& solid
   preview.contours = request.contours();
   preview.job = layer_preview_job(std::move(job), preview.show, preview.contours);
   preview.layer = plane.layer();
-  at_job(kLayerJobPath, [&] { validate_job(solid, preview.job, limits); });
+  at_job(kLayerJobPath, [&] { validate_job(*solid, preview.job, limits); });
   return preview;
 }
 
 }  // namespace
 
-PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& setting, const LimitSolid& solid,
-                       const SliceLimits& limits, const CancellationToken& cancel) {
+PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& setting,
+                       const std::shared_ptr<const LimitSolid>& solid, const SliceLimits& limits,
+                       const CancellationToken& cancel) {
   switch (request.plane().plane_case()) {
-    case v1::PreviewPlane::kFree: return to_plane_job(request, setting, solid, limits, cancel);
+    case v1::PreviewPlane::kFree: return to_plane_job(request, setting, *solid, limits, cancel);
     case v1::PreviewPlane::kLayer: return to_layer(request, solid, limits, cancel);
     default: malformed("neither free nor layer: say which plane", "plane");
   }

@@ -38,8 +38,9 @@ using PreviewWork = std::variant<PreviewJob, LayerPreview>;
 
 /// What the request shows, valid for the solid and within the limits. Throws Error (2xx),
 /// ServiceError{kRequestMalformed, kPrinterUnknown, kPrinterInvalid}.
-PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& setting, const LimitSolid& solid,
-                       const SliceLimits& limits, const CancellationToken& cancel);
+PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& setting,
+                       const std::shared_ptr<const LimitSolid>& solid, const SliceLimits& limits,
+                       const CancellationToken& cancel);
 
 /// All but the times and the bytes of the encoded picture.
 v1::PreviewHeader to_header(const PreviewPicture& picture, const PreviewColours& show);

@@ -25,8 +25,7 @@ inline constexpr const char* kLayerJobPath = "plane.layer.job";
 inline std::string path_of_field(const std::string& job_path, const std::string& field) {
   using Row =
       std::pair<std::string_view, std::string_view>;  // Names of the core and of the contract, where they differ.
-  constexpr std::array<Row, 4> kMoved = {{{"placement", "parts[0].placements[0]"},
-                                          {"contour_tolerance_mm", "tolerances.contour_mm"},
+  constexpr std::array<Row, 3> kMoved = {{{"contour_tolerance_mm", "tolerances.contour_mm"},
                                           {"material_tolerance", "tolerances.channel"},
                                           {"contours_by_region", "contours.by_cell_region"}}};
   if (field.starts_with("content")) return field;

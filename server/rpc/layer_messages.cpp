@@ -12,7 +12,7 @@ namespace {
 
 /// A contour point on the wire, at most: x, y, s, t and a face number; and what a piece adds.
 constexpr std::size_t kPointBytes = 4 * sizeof(double) + 5;
-constexpr std::size_t kPieceBytes = 48;
+constexpr std::size_t kPieceBytes = 52;
 
 void add_point(const Vec2& point, v1::ContourPiece& piece) {
   piece.add_points_mm(point.x());
@@ -104,6 +104,7 @@ bool LayerMessages::write_loops(const std::vector<Loop>& loops, v1::SliceRangeRe
     piece.set_loop(loop_);
     piece.set_first_point(point_);
     piece.set_cell_region(region_number_of(loops[loop_]));
+    piece.set_placed_part(loops[loop_].part);
     for (std::size_t i = 0; i < count; ++i) add_point(points[point_ + i], piece);
     point_ += count;
     room -= kPieceBytes + count * kPointBytes;

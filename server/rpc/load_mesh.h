@@ -1,7 +1,10 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A mesh that a call names: from the cache, or from the store that replicas share, by way of the cache.
+// The meshes that a call names: from the cache, or from the store that replicas share, by way of the cache.
+//
+// Those of a call are held all or none. While one of them comes from the store none is held, so calls whose meshes
+// don't fit into the cache together never wait for each other.
 
 #pragma once
 
@@ -10,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "server/rpc/service_state.h"
 
@@ -38,8 +42,36 @@ class MeshLoad : public std::enable_shared_from_this<MeshLoad> {
   MeshCache::Ticket ticket_;
 };
 
-/// The cached mesh, marked as used; null if it has to be loaded. Throws ServiceError{kMeshIdInvalid}, and kMeshMissing
-/// where there is no store to load it from.
-[[nodiscard]] MeshPtr find_mesh(ServiceState& state, const std::string& mesh_id);
+/// The meshes of a call on their way from the store. Thread-safe.
+class MeshSetLoad : public std::enable_shared_from_this<MeshSetLoad> {
+ public:
+  /// The meshes in the order of their ids, or why there are none. Once, on any thread.
+  using Done = std::function<void(const std::vector<MeshPtr>& meshes, std::exception_ptr error)>;
+
+  MeshSetLoad(ServiceState& state, std::vector<std::string> mesh_ids, std::string client, Done done);
+
+  /// Asks the store for those that the cache lacks.
+  void begin();
+  /// Stops waiting: `done` runs with Error{kCancelled}, unless it ran already. Any number of times.
+  void cancel();
+
+ private:
+  void load_missing();
+  void load(const std::string& mesh_id);
+  void end(const std::vector<MeshPtr>& meshes, const std::exception_ptr& error);
+
+  ServiceState& state_;
+  const std::vector<std::string> mesh_ids_;
+  const std::string client_;
+  std::size_t loads_ = 0;  // Touched by one load at a time.
+  std::mutex mutex_;       // Guards what follows.
+  bool cancelled_ = false;
+  Done done_;  // Until it runs.
+  std::shared_ptr<MeshLoad> load_;
+};
+
+/// The cached meshes, marked as used, in the order of the ids; none if one has to be loaded. Throws
+/// ServiceError{kMeshIdInvalid}, and kMeshMissing where there is no store to load it from, which names all that are.
+[[nodiscard]] std::vector<MeshPtr> find_meshes(ServiceState& state, const std::vector<std::string>& mesh_ids);
 
 }  // namespace ccslice::server

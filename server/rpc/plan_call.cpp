@@ -7,8 +7,10 @@
 #include <exception>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "server/rpc/job_field.h"
+#include "server/rpc/job_parts.h"
 #include "server/rpc/slice_job.h"
 #include "server/rpc/unary_call.h"
 #include "server/rpc/unknown_fields.h"
@@ -30,7 +32,7 @@ class PlanCall final : public UnaryCall {
     when_admitted([this] {
       const Executor::Lane lane = make_lane(Pieces::kInteractive);
       lane.post([this, call = shared_from_this(), lane] {
-        if (claim()) find_mesh_and_plan(lane);
+        if (claim()) find_meshes_and_plan(lane);
       });
     });
   }
@@ -50,18 +52,19 @@ class PlanCall final : public UnaryCall {
   /// Whether the caller is the one to end the call.
   bool claim() { return !claimed_.exchange(true); }
 
-  /// While the mesh comes nothing of the request is kept but its bytes, which are counted.
-  void find_mesh_and_plan(const Executor::Lane& lane) {
-    std::string mesh_id;
+  /// While the meshes come nothing of the request is kept but its bytes, which are counted.
+  void find_meshes_and_plan(const Executor::Lane& lane) {
+    std::vector<std::string> mesh_ids;
     try {
       const v1::PlanSlicesRequest request = parse();
       require_known_fields(request);
-      mesh_id = mesh_id_of(request.job(), kJobPath);
+      mesh_ids = mesh_ids_of(request.job(), kJobPath);
     } catch (...) {
       return end(to_status(std::current_exception()));
     }
-    with_mesh(
-        lane, mesh_id, [this](const MeshPtr& mesh, const std::exception_ptr& error) { plan(mesh, error); },
+    with_meshes(
+        lane, mesh_ids,
+        [this](const std::vector<MeshPtr>& meshes, const std::exception_ptr& error) { plan(meshes, error); },
         WhileMeshComes::kHasNoPlace);
     if (cancel_.cancelled()) stop_loading();
   }
@@ -72,12 +75,12 @@ class PlanCall final : public UnaryCall {
     return request;
   }
 
-  void plan(const MeshPtr& mesh, const std::exception_ptr& error) {
+  void plan(const std::vector<MeshPtr>& meshes, const std::exception_ptr& error) {
     grpc::Status status;
     try {
       if (error) std::rethrow_exception(error);
-      log_.note_mesh(mesh->id());
-      response_ = plan_slices(parse(), *mesh->solid(), state_.slice_limits, cancel_);
+      log_.note_mesh(meshes.front()->id());
+      response_ = plan_slices(parse(), solids_of(meshes), state_.slice_limits, cancel_);
     } catch (...) {
       status = cancel_.cancelled() ? status_of_stop() : to_status(std::current_exception());
     }

@@ -31,12 +31,12 @@
 #include "server/rpc/call.h"
 #include "server/rpc/convert_preview.h"
 #include "server/rpc/job_field.h"
+#include "server/rpc/job_parts.h"
 #include "server/rpc/preview_painter.h"
 #include "server/rpc/preview_parts.h"
 #include "server/rpc/preview_requests.h"
 #include "server/rpc/preview_session.h"
 #include "server/rpc/side_watch.h"
-#include "server/rpc/slice_job.h"
 #include "server/rpc/unknown_fields.h"
 
 namespace ccslice::server {
@@ -51,7 +51,7 @@ constexpr std::uint64_t kUncountedBytes = 16 << 10;  // Of requests: every open 
 
 /// A layer's job names its mesh. As that of the request the mesh holds for the call.
 void take_mesh_of_layer(v1::PreviewRequest& request) {
-  const std::string& id = mesh_id_of(request.plane().layer().job(), kLayerJobPath);
+  const std::string& id = only_mesh_id_of(request.plane().layer().job(), kLayerJobPath);
   if (request.mesh_id().empty()) request.set_mesh_id(id);
   if (request.mesh_id() == id) return;
   throw ServiceError(ServiceErrorCode::kRequestMalformed,

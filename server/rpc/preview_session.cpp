@@ -33,7 +33,7 @@ void PreviewSession::begin(const MeshPtr& mesh, const v1::PreviewRequest& reques
 
 PreviewWork PreviewSession::work(const v1::PreviewRequest& request, const SliceLimits& limits,
                                  const CancellationToken& cancel) const {
-  return to_preview(request, setting_, *mesh_->solid(), limits, cancel);
+  return to_preview(request, setting_, mesh_->solid(), limits, cancel);
 }
 
 std::string PreviewSession::layers_key(const v1::PreviewRequest& request) const {

@@ -19,17 +19,16 @@ PrinterProfile to_printer(const v1::PrinterProfile& message);
 
 v1::PrinterProfile to_message(const PrinterProfile& value);
 
-/// The grid of a job or of a halftone, with the printer's pitch unless it has one of its own. Throws as to_printer(),
-/// and what plan_grid() and to_grid_request() throw.
+/// The grid of a job or of a halftone, with the printer's pitch unless it has one of its own. `part_box`: of all that is
+/// placed. Throws as to_printer(), and what plan_grid() and to_grid_request() throw.
 template <typename Message>
-Grid to_grid(const Message& message, const LimitSolid& solid, const Placement& placement, const SliceLimits& limits,
-             const CancellationToken& cancel) {
+Grid to_grid(const Message& message, const Box3& part_box, const SliceLimits& limits) {
   v1::GridSpec grid = message.grid();
   if (message.has_printer()) {
     const v1::VoxelPitch pitch = to_message(to_printer(message.printer())).pitch();
     if (!grid.has_pitch()) *grid.mutable_pitch() = pitch;
   }
-  return plan_grid(solid, placement, to_grid_request(grid), limits, cancel);
+  return plan_grid(part_box, to_grid_request(grid), limits);
 }
 
 /// Too many materials, too few layers, a part larger than the tray, another pitch than the printer's.

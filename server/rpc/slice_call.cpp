@@ -15,8 +15,8 @@
 #include "core/slicer/slice_range.h"
 #include "core/slicer/slicer_memory.h"
 #include "server/rpc/convert.h"
-#include "server/rpc/convert_printing.h"
 #include "server/rpc/job_field.h"
+#include "server/rpc/job_parts.h"
 #include "server/rpc/layer_messages.h"
 #include "server/rpc/requests.h"
 #include "server/rpc/shedding_call.h"
@@ -52,29 +52,32 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
   const grpc::ByteBuffer& raw_request() const override { return raw_; }
   const google::protobuf::Descriptor& request_type() const override { return *request_.GetDescriptor(); }
 
-  std::string parse() override {
+  std::vector<std::string> parse() override {
     parse_request(raw_, request_);
     require_known_fields(request_);
-    return mesh_id_of(request_.job(), kJobPath);
+    return mesh_ids_of(request_.job(), kJobPath);
   }
 
   void forget() override { v1::SliceRangeRequest().Swap(&request_); }
 
-  void prepare(const MeshPtr& mesh) override {
-    mesh_ = mesh;
+  void prepare(const std::vector<MeshPtr>& meshes) override {
+    meshes_ = meshes;
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
-    job_ = to_job(request_.job(), kJobPath, *mesh_->solid(), state_.slice_limits, cancel_);
-    const SliceJob& job = *job_;
+    parts_ = to_placed_parts(request_.job(), kJobPath, solids_of(meshes_), state_.slice_limits, cancel_);
+    const SliceJob& job = this->job();
     range_ = {.first = request_.first_layer(), .count = request_.layer_count()};
     validate_layer_range(job, range_.first, range_.count);
-    log_.note_mesh(mesh_->id());
+    log_.note_mesh(meshes_.front()->id());
     log_.note_layers(range_.first, range_.count);
     write_header(job);
-    memory_ = slicer_memory(mesh_->solid(), job, cancel_);
+    memory_ = slicer_memory(parts_, cancel_);
     pieces_ = pieces_of(job, memory_, range_.count);
     require_scratch("slicing a layer", scratch_bytes(), "ask for a region, fewer planes or a coarser pitch");
     ask_for_work();
   }
+
+  /// What all parts have in common.
+  const SliceJob& job() const { return parts_.front().job; }
 
   static std::optional<VoxelShape> mask_of(const SliceJob& job) {
     const VoxelPitch& pitch = job.grid.pitch;
@@ -89,13 +92,13 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
   /// What the slicers need, one of them at least, and the window's share of the memory of all streams: what the layers
   /// need, one of them at least. How much contours need isn't known before.
   bool reserve() override {
-    const std::uint64_t one = std::max(layer_bytes(*job_), kMinStreamWindowBytes);
+    const std::uint64_t one = std::max(layer_bytes(job()), kMinStreamWindowBytes);
     const std::uint64_t all = one * range_.count;
     const std::uint64_t most = state_.options.stream_window_bytes;
     MemoryBudget::Share scratch(state_.scratch);
     if (!scratch.resize(scratch_bytes(), bytes_left(scratch_bytes()))) return false;
     std::optional<MemoryBudget::Share> share =
-        state_.streams.take_between(one, job_->contours ? most : std::min(most, all));
+        state_.streams.take_between(one, job().contours ? most : std::min(most, all));
     if (!share) {
       (void)scratch.resize(0);  // Without telling those who wait, of whom this is one.
       return false;
@@ -107,18 +110,18 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
 
   /// A long piece of work where it makes a mask, which takes about a second.
   void start_work_later() override {
-    const std::optional<VoxelShape> mask = mask_of(*job_);
+    const std::optional<VoxelShape> mask = mask_of(job());
     start_work_in(mask && !has_shared_mask(*mask) ? Pieces::kLong : pieces_);
   }
 
   /// What all slicers of the job share is prepared here, before any of them, so that no worker waits for another one.
   void start_work() override {
-    LayerSlicer prototype(mesh_->solid(), *job_, cancel_, memory_.tiles_fit);
+    LayerSlicer prototype(parts_, cancel_, memory_.tiles_fit);
     const auto source = std::make_shared<SlicerSource>(
         std::move(prototype), memory_, std::move(scratch_),
         SlicerSource::Limits{.left_bytes = bytes_left(scratch_bytes()),
                              .is_crowded = [&admission = state_.admission] { return admission.wants_memory(); }});
-    StreamWindow window = choose_window(layer_bytes(*job_), share_.bytes(), state_.executor.threads());
+    StreamWindow window = choose_window(layer_bytes(job()), share_.bytes(), state_.executor.threads());
     const std::uint32_t all_slabs = window.window_slabs;
     if (summary_.layers() > 0) window.window_slabs = 1;  // Its client may stop again soon.
     auto stream = LayerStream::start(
@@ -246,18 +249,16 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     *header_.mutable_grid() = to_message(job.grid);
     *header_.mutable_region() = to_message(region_of(job));
     *header_.mutable_layout() = with_defaults(request_.job().layout());
-    header_.set_mesh_id(mesh_->id());
+    for (const MeshPtr& mesh : meshes_) header_.add_mesh_ids(mesh->id());
     header_.set_first_layer(request_.first_layer());
     header_.set_layer_count(request_.layer_count());
     for (const PlaneSpec& plane : job.planes) {
-      *header_.add_planes() = to_message(plane, mesh_->solid()->summary(), job.printing);
+      *header_.add_planes() = to_message(plane, parts_.front().solid->summary(), job.printing);
     }
     if (shows_cell_regions(job) || job.contours_by_region) {
-      for (const CellRegionSummary& region : mesh_->solid()->summary().cell_regions) {
-        header_.add_cell_region_names(region.name);
-      }
+      for (const std::string& name : cell_region_names(parts_)) header_.add_cell_region_names(name);
     }
-    if (job.printing) *header_.mutable_printing() = to_message(*job.printing, mesh_->solid()->summary());
+    if (job.printing) *header_.mutable_printing() = printing_with_defaults(request_.job(), parts_);
   }
 
   void count(const Layer& layer) {
@@ -269,6 +270,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     summary_.set_voxel_count(summary_.voxel_count() + layer.stats.voxels_inside);
     summary_.set_voxels_unresolved(summary_.voxels_unresolved() + layer.stats.voxels_unresolved);
     summary_.set_max_residual_mm(std::max(summary_.max_residual_mm(), layer.stats.max_residual_mm));
+    summary_.set_voxels_covered(summary_.voxels_covered() + layer.stats.voxels_covered);
     summary_.set_voxels_off_map(summary_.voxels_off_map() + layer.stats.voxels_off_map);
     if (layer.stats.voxels_scaled_up > 0) {
       const double least = layer.stats.least_fraction_sum;
@@ -285,8 +287,8 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
 
   const grpc::ByteBuffer& raw_;
   v1::SliceRangeRequest request_;
-  MeshPtr mesh_;  // In use until the call is done.
-  std::optional<SliceJob> job_;
+  std::vector<MeshPtr> meshes_;  // In use until the call is done.
+  PlacedParts parts_;
   SlicerMemory memory_;
   Pieces pieces_ = Pieces::kBatch;
   MemoryBudget::Share share_;    // For layers.

@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <set>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/count_text.h"
@@ -16,20 +19,19 @@
 #include "core/base/number_text.h"
 #include "core/base/place_text.h"
 #include "core/inversion/thin_features.h"
-#include "core/job/validate_job.h"
 #include "core/limit/deviation.h"
 #include "core/limit/limit_evaluator.h"
 #include "core/output/encode.h"
 #include "core/output/encodings.h"
 #include "core/printing/values_off_map.h"
+#include "core/slicer/layer_slicer.h"
 #include "server/rpc/convert.h"
-#include "server/rpc/convert_printing.h"
 #include "server/rpc/deviation_warnings.h"
 #include "server/rpc/job_field.h"
+#include "server/rpc/job_parts.h"
 #include "server/rpc/plan_warning.h"
 #include "server/rpc/printer.h"
 #include "server/service/limits.h"
-#include "server/service/mesh_id.h"
 
 namespace ccslice::server {
 namespace {
@@ -261,64 +263,85 @@ void warn_of_thin_features(const SliceJob& job, const LimitSolid& solid, const S
   }
 }
 
-void require_one_part(const v1::SliceJob& job) {
-  if (job.parts().empty()) {
-    throw Error(ErrorCode::kPartsMissing, "parts: none; give the job a part, with the id of its mesh", "parts");
-  }
-  const auto refuse = [](int count, const std::string& field) {
-    throw Error(ErrorCode::kTooManyParts,
-                field + ": " + std::to_string(count) +
-                    " are more than the one that this server slices in a job; slice each in a job of its own, on the "
-                    "same grid",
-                field);
-  };
-  if (job.parts_size() > 1) refuse(job.parts_size(), "parts");
-  if (job.parts(0).placements_size() > 1) refuse(job.parts(0).placements_size(), "parts[0].placements");
+/// Of one part in one place, apart from its grid.
+void warn_of_part(const PlacedPart& part, const SmallestFeature& smallest, const CancellationToken& cancel,
+                  v1::PlanSlicesResponse& plan) {
+  const LimitSolid& solid = *part.solid;
+  const SliceJob& job = part.job;
+  warn_of_solid(job, solid.summary(), plan);
+  warn_of_inverted_cells(job, solid, plan);
+  warn_of_deviation(job, solid, placed_deviation(solid, job.placement), plan);
+  warn_of_thin_features(job, solid, smallest, cancel, plan);
+  if (!job.printing) return;
+  warn_of_values_off_maps(*job.printing, solid, plan);
+  warn_of_fractions_below_one(*job.printing, solid, plan);
 }
 
-SliceJob to_unchecked_job(const v1::SliceJob& message, const LimitSolid& solid, const SliceLimits& limits,
-                          const CancellationToken& cancel) {
-  SliceJob job;
-  for (const v1::Placement& placement : message.parts(0).placements()) {
-    job.placement = to_placement(placement, solid.summary().bounding_box, limits);
+/// Looks at layers where boxes of parts meet, a few at most: voxels in several parts are warned of, or refused.
+void look_for_overlaps(PlacedParts parts, const CancellationToken& cancel, v1::PlanSlicesResponse& plan) {
+  constexpr std::size_t kMostLayers = 8;
+  const bool refuses = parts.front().job.refuses_overlaps;
+  const Grid& grid = parts.front().job.grid;
+  const VoxelRegion region = region_of(parts.front().job);
+  const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);
+  std::vector<Box3> boxes;
+  for (const PlacedPart& part : parts) boxes.push_back(part.solid->placed_bounding_box(part.job.placement, cancel));
+  std::set<std::uint32_t> layers;
+  for (std::size_t a = 0; a < parts.size() && layers.size() < kMostLayers; ++a) {
+    for (std::size_t b = 0; b < a && layers.size() < kMostLayers; ++b) {
+      const Box3 common = boxes[a].intersection(boxes[b]);
+      if (common.isEmpty() || (common.sizes().array() < pitch.array()).any()) continue;
+      const double layer = std::floor((common.center().z() - grid.origin_mm.z()) / grid.pitch.z_mm);
+      if (layer >= region.first_layer && layer < region.end_layer()) layers.insert(static_cast<std::uint32_t>(layer));
+    }
   }
-  job.grid = to_grid(message, solid, job.placement, limits, cancel);
-  if (message.has_region()) job.region = to_region(message.region(), job.grid);
-  job.order = to_order(message.layout());
-  if (message.has_printing()) job.printing = to_printing(message.printing(), solid.summary());
-  job.planes = to_planes(message.planes(), solid.summary(), job.printing);
-  job.contours = message.has_contours();
-  job.contours_by_region = message.contours().by_cell_region();
-  const v1::Tolerances& tolerances = message.tolerances();
-  if (tolerances.has_contour_mm()) job.contour_tolerance_mm = tolerances.contour_mm();
-  if (tolerances.has_channel()) job.material_tolerance = tolerances.channel();
-  job.prove_materials = tolerances.prove_channels();
-  return job;
+  if (layers.empty()) return;
+  for (PlacedPart& part : parts) {
+    part.job.planes = {PlaneSpec{}};
+    part.job.printing.reset();
+    part.job.contours = part.job.contours_by_region = false;
+    part.job.refuses_overlaps = true;
+  }
+  LayerSlicer slicer(std::move(parts), cancel);
+  try {
+    for (const std::uint32_t layer : layers) (void)slicer.slice(layer, cancel);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kPartsOverlap || refuses) throw;
+    const std::string_view what = error.what();
+    add_warning(plan, v1::PLAN_WARNING_KIND_PARTS_OVERLAP,
+                std::string(what.substr(what.find(' ') + 1, what.find(';') - what.find(' ') - 1)) +
+                    ": they are of the part with the higher priority, or else of the first one. Move the parts apart, "
+                    "or say by priorities which one is to have them");
+  }
+}
+
+/// The first place of each part stands for all of them.
+void warn_of_parts(const v1::SliceJob& message, const PlacedParts& parts, const SmallestFeature& smallest,
+                   const CancellationToken& cancel, v1::PlanSlicesResponse& plan) {
+  const std::vector<PartPlace> places = part_places(message);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (places[i].placement > 0) continue;
+    const int first = plan.warnings_size();
+    warn_of_part(parts[i], smallest, cancel, plan);
+    if (message.parts_size() == 1) continue;
+    for (int w = first; w < plan.warnings_size(); ++w) {
+      v1::PlanWarning& warning = *plan.mutable_warnings(w);
+      warning.set_message("part '" + echoed(parts[i].name) + "': " + warning.message());
+      warning.set_part(static_cast<std::uint32_t>(places[i].part));
+    }
+  }
+  if (parts.size() > 1) at_job(kJobPath, [&] { look_for_overlaps(parts, cancel, plan); });
 }
 
 }  // namespace
 
-const std::string& mesh_id_of(const v1::SliceJob& job, const std::string& path) {
-  at_job(path, [&] { require_one_part(job); });
-  const std::string& id = job.parts(0).mesh_id();
-  require_mesh_id(id, path + ".parts[0].mesh_id");
-  return id;
-}
-
-SliceJob to_job(const v1::SliceJob& message, const std::string& path, const LimitSolid& solid,
-                const SliceLimits& limits, const CancellationToken& cancel) {
-  return at_job(path, [&] {
-    SliceJob job = to_unchecked_job(message, solid, limits, cancel);
-    validate_job(solid, job, limits);
-    return job;
-  });
-}
-
-v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const LimitSolid& solid,
-                                   const SliceLimits& limits, const CancellationToken& cancel) {
+v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request,
+                                   std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
+                                   const CancellationToken& cancel) {
   v1::SliceJob message = request.job();
   if (message.planes().empty()) message.mutable_contours();  // A job of nothing would be refused; a plan of it is fine.
-  const SliceJob job = to_job(message, kJobPath, solid, limits, cancel);
+  const PlacedParts parts = to_placed_parts(message, kJobPath, solids, limits, cancel);
+  const SliceJob& job = parts.front().job;
 
   v1::PlanSlicesResponse plan;
   *plan.mutable_grid() = to_message(job.grid);
@@ -334,17 +357,11 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const L
     estimate += typical_compression(plane) * static_cast<double>(plane_bytes(job, plane));
   }
   plan.set_estimated_bytes(static_cast<std::uint64_t>(std::llround(estimate * region.extent.layers)));
-  const Deviation deviation = placed_deviation(solid, job.placement);
-  *plan.mutable_deviation() = to_message(deviation);
-  warn_of_solid(job, solid.summary(), plan);
-  warn_of_inverted_cells(job, solid, plan);
-  warn_of_deviation(job, solid, deviation, plan);
-  warn_of_grid(job, plan);
-  warn_of_thin_features(job, solid, smallest_feature(request, job.grid.pitch), cancel, plan);
-  if (job.printing) {
-    warn_of_values_off_maps(*job.printing, solid, plan);
-    warn_of_fractions_below_one(*job.printing, solid, plan);
+  if (parts.size() == 1) {
+    *plan.mutable_deviation() = to_message(placed_deviation(*parts.front().solid, job.placement));
   }
+  warn_of_parts(message, parts, smallest_feature(request, job.grid.pitch), cancel, plan);
+  warn_of_grid(job, plan);
   if (message.has_printer()) warn_of_printer(job, to_printer(message.printer()), plan);
   plan.set_engine_version(std::string(kEngineVersion));
   return plan;

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// From requests to jobs that the core takes, and what the plan of a job says. Pure.
+// What the plan of a job says. Pure.
 
 #pragma once
 
 #include <cstdint>
-#include <string>
+#include <memory>
+#include <span>
 
-#include "ccslice/v1/job.pb.h"
 #include "ccslice/v1/plan.pb.h"
 #include "core/base/cancellation.h"
 #include "core/job/slice_job.h"
@@ -17,19 +17,10 @@
 
 namespace ccslice::server {
 
-/// The mesh of the job at `path` of a request. Throws Error{kPartsMissing, kTooManyParts},
-/// ServiceError{kMeshIdInvalid}.
-const std::string& mesh_id_of(const v1::SliceJob& job, const std::string& path);
-
-/// The job at `path` of a request, valid for the solid and within the limits. Throws Error (2xx),
-/// ServiceError{kRequestMalformed, kPrinterUnknown, kPrinterInvalid}. Takes a while for large meshes: throws
-/// Error{kCancelled}. REQUIRES: mesh_id_of() passes.
-SliceJob to_job(const v1::SliceJob& message, const std::string& path, const LimitSolid& solid,
-                const SliceLimits& limits, const CancellationToken& cancel);
-
-/// What slicing would give. Throws like to_job.
-v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request, const LimitSolid& solid,
-                                   const SliceLimits& limits, const CancellationToken& cancel);
+/// What slicing would give. `solids`: of the job's parts. Throws like to_placed_parts(), and Error{kPartsOverlap}.
+v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request,
+                                   std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
+                                   const CancellationToken& cancel);
 
 /// Samples of all planes of one layer.
 std::uint64_t layer_bytes(const SliceJob& job);

@@ -15,12 +15,14 @@
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "server/rpc/call.h"
 
@@ -43,7 +45,7 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
     call->watch();
     call->when_admitted([reactor] {
       const Executor::Lane lane = reactor->make_lane(reactor->preparation_);
-      lane.post([call = reactor->shared_from_this(), reactor, lane] { reactor->find_mesh_and_prepare(lane); });
+      lane.post([call = reactor->shared_from_this(), reactor, lane] { reactor->find_meshes_and_prepare(lane); });
     });
     return reactor;
   }
@@ -58,13 +60,13 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
   /// What the client sent. Dropped when the call is prepared.
   virtual const grpc::ByteBuffer& raw_request() const = 0;
   virtual const google::protobuf::Descriptor& request_type() const = 0;
-  /// Parses the request; the id of its mesh. On a worker, in a lane of the pieces that the call said. May throw.
-  virtual std::string parse() = 0;
+  /// Parses the request; the ids of its meshes. On a worker, in a lane of the pieces that the call said. May throw.
+  virtual std::vector<std::string> parse() = 0;
   /// Gives back what parse() made of the request, which may be far more than its bytes: these are counted. While the
-  /// mesh comes it isn't needed; it is parsed again then.
+  /// meshes come it isn't needed; it is parsed again then.
   virtual void forget() = 0;
-  /// Once the mesh is there, and parsed again: the rest that comes before the first message. As parse().
-  virtual void prepare(const MeshPtr& mesh) = 0;
+  /// Once the meshes are there, and parsed again: the rest that comes before the first message. As parse().
+  virtual void prepare(const std::vector<MeshPtr>& meshes) = 0;
   /// The next message, or kPending: then wake() follows. Never blocks. May throw.
   virtual Next next(Response& message) = 0;
   /// May be called before prepare() has ended, too.
@@ -101,21 +103,22 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
     if (!this->end_if_waiting()) wake();
   }
 
-  void find_mesh_and_prepare(const Executor::Lane& lane) {
-    std::string mesh_id;
+  void find_meshes_and_prepare(const Executor::Lane& lane) {
+    std::vector<std::string> mesh_ids;
     try {
-      if (!stopped()) mesh_id = parse();
-      is_parsed_ = state_.cache.peek(mesh_id).has_value();
+      if (!stopped()) mesh_ids = parse();
+      is_parsed_ =
+          std::ranges::all_of(mesh_ids, [this](const std::string& id) { return state_.cache.peek(id).has_value(); });
       if (!is_parsed_) forget();
     } catch (...) {
       failure_ = std::current_exception();
     }
     if (stopped() || failure_) return pump_owned();
-    this->with_mesh(
-        lane, mesh_id,
-        [this](const MeshPtr& mesh, const std::exception_ptr& error) {
+    this->with_meshes(
+        lane, mesh_ids,
+        [this](const std::vector<MeshPtr>& meshes, const std::exception_ptr& error) {
           failure_ = error;
-          prepare_guarded(mesh);
+          prepare_guarded(meshes);
           this->drop_request(raw_request());
           pump_owned();
         },
@@ -123,11 +126,11 @@ class StreamCall : public Call<grpc::ServerWriteReactor<Response>> {
     if (stopped()) this->stop_loading();  // Stopped before there was anything to stop.
   }
 
-  void prepare_guarded(const MeshPtr& mesh) {
+  void prepare_guarded(const std::vector<MeshPtr>& meshes) {
     if (stopped() || failure_) return;
     try {
       if (!is_parsed_) (void)parse();
-      prepare(mesh);
+      prepare(meshes);
       forget();
     } catch (...) {
       failure_ = std::current_exception();

@@ -57,20 +57,20 @@ class TessellateCall final : public SheddingCall<v1::TessellateBoundaryResponse>
   const grpc::ByteBuffer& raw_request() const override { return raw_; }
   const google::protobuf::Descriptor& request_type() const override { return *request_.GetDescriptor(); }
 
-  std::string parse() override {
+  std::vector<std::string> parse() override {
     parse_request(raw_, request_);
     require_known_fields(request_);
-    return request_.mesh_id();
+    return {request_.mesh_id()};
   }
 
   void forget() override { v1::TessellateBoundaryRequest().Swap(&request_); }
 
-  void prepare(const MeshPtr& mesh) override {
-    mesh_ = mesh;
+  void prepare(const std::vector<MeshPtr>& meshes) override {
+    mesh_ = meshes.front();
     log_.note_mesh(request_.mesh_id());
     header_.set_mesh_id(request_.mesh_id());
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
-    const LimitSolid& solid = *mesh->solid();
+    const LimitSolid& solid = *mesh_->solid();
     placement_ = to_placement(request_.placement(), solid.summary().bounding_box, state_.slice_limits);
     channels_ = solid.channel_count();
     options_.tolerance_mm = tolerance_mm();

@@ -68,6 +68,12 @@ class CachedMesh {
 
 using MeshPtr = std::shared_ptr<const CachedMesh>;
 
+inline std::vector<std::shared_ptr<const LimitSolid>> solids_of(const std::vector<MeshPtr>& meshes) {
+  std::vector<std::shared_ptr<const LimitSolid>> solids;
+  for (const MeshPtr& mesh : meshes) solids.push_back(mesh->solid());
+  return solids;
+}
+
 /// A mesh as the list shows it.
 struct ListedMesh {
   MeshPtr mesh;

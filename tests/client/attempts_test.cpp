@@ -270,7 +270,7 @@ TEST(Attempts, EndWithPatienceWhenTheServersOfANameKeepChanging) {
                                return std::vector<std::string>{"127.0.0.1:" + std::to_string(++*looked_up)};
                              }});
   const CallOptions call;
-  Attempts attempts({.patience = milliseconds(1'000)}, call, endpoints, mesh_id_of("a mesh"));
+  Attempts attempts({.patience = milliseconds(1'000)}, call, endpoints, {mesh_id_of("a mesh")});
   const auto fail_slowly = [&] {
     for (int i = 0; i < 6; ++i) {
       attempts.go_on_after(ClientError(busy_for(0, 0)));

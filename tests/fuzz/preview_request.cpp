@@ -25,7 +25,7 @@
 #include "server/rpc/convert_preview.h"
 #include "server/rpc/convert_printing.h"
 #include "server/rpc/job_field.h"
-#include "server/rpc/slice_job.h"
+#include "server/rpc/job_parts.h"
 #include "server/service/service_error.h"
 #include "tests/fuzz/byte_reader.h"
 #include "tests/fuzz/quiet_protobuf.h"
@@ -92,7 +92,7 @@ class FuzzedCall {
       setting_.printing = std::make_shared<const Printing>(server::to_printing(request.printing(), solid_->summary()));
     }
     if (request.plane().has_layer()) require_one_part(*request.mutable_plane()->mutable_layer()->mutable_job());
-    const server::PreviewWork work = server::to_preview(request, setting_, *solid_, limits_, {});
+    const server::PreviewWork work = server::to_preview(request, setting_, solid_, limits_, {});
     if (const auto* layer = std::get_if<server::LayerPreview>(&work)) {
       return check(LayerPainter(solid_, layer->job, layer->show, {}).paint(layer->layer, {}), layer->show);
     }
@@ -106,7 +106,7 @@ class FuzzedCall {
   /// As the server does before it looks for the mesh, which is this one whatever its id.
   static void require_one_part(v1::SliceJob& job) {
     for (v1::Part& part : *job.mutable_parts()) part.set_mesh_id("sha256:" + std::string(64, '0'));
-    (void)server::mesh_id_of(job, server::kLayerJobPath);
+    (void)server::only_mesh_id_of(job, server::kLayerJobPath);
   }
 
   const std::shared_ptr<const LimitSolid> solid_;

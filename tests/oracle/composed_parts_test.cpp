@@ -203,7 +203,7 @@ Composed compose(const PlacedParts& parts, std::vector<Layer> layers) {
   std::vector<std::size_t> order(parts.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return parts[a].priority > parts[b].priority; });
-  constexpr std::size_t kOccupancy = 0, kMaterials = 3, kRegions = 5;
+  constexpr std::size_t kOccupancy = 0, kMaterials = 3;
   const SliceJob& job = parts.front().job;
   Composed composed;
   for (const Layer& layer : layers) {
@@ -225,7 +225,6 @@ Composed compose(const PlacedParts& parts, std::vector<Layer> layers) {
           std::vector<std::uint8_t> sample = Samples(job, plane, layers[p].planes[plane].bytes).get(x, y);
           if (plane == kOccupancy) ++composed.inside;
           if (plane == kMaterials) ++composed.materials[sample[0]];
-          if (plane == kRegions) sample[0] = static_cast<std::uint8_t>(sample[0] + 2 * p);
           out.set(x, y, sample);
         }
         if (owned) continue;

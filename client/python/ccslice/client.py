@@ -646,8 +646,8 @@ def _layers_of(stream: Any, first: Optional[slice_pb2.SliceRangeResponse], reque
     if first is None:
         raise AnswerError("the server's answer is wrong: a stream without a header")
     header = first.header
-    fits = (header.mesh_id, header.first_layer, header.layer_count) == (
-        request.job.parts[0].mesh_id, request.first_layer, request.layer_count)
+    fits = (list(header.mesh_ids), header.first_layer, header.layer_count) == (
+        [part.mesh_id for part in request.job.parts], request.first_layer, request.layer_count)
     if not fits or list(map(_kind, header.planes)) != list(map(_kind, request.job.planes)):
         raise AnswerError("the server's answer is wrong: its header belongs to another request")
     if (header.engine_version, header.grid) != (plan.engine_version, plan.grid):

@@ -742,7 +742,8 @@ class LyingServers(unittest.TestCase):
 
         def lost(request, context):
             message = slice_pb2.SliceRangeResponse()
-            message.header.mesh_id, message.header.layer_count = mesh.id, 1
+            message.header.mesh_ids.append(mesh.id)
+            message.header.layer_count = 1
             message.header.planes.add(encoding=job_pb2.PLANE_ENCODING_RAW, sample_type=job_pb2.SAMPLE_TYPE_BIT)
             message.header.planes[0].occupancy.SetInParent()
             yield message

@@ -1,0 +1,342 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/job_parts.h"
+
+#include <algorithm>
+#include <optional>
+#include <string_view>
+#include <unordered_set>
+#include <utility>
+
+#include "core/base/echo.h"
+#include "core/base/error.h"
+#include "core/job/validate_job.h"
+#include "core/output/encode.h"
+#include "core/output/pack_indices.h"
+#include "server/rpc/convert.h"
+#include "server/rpc/convert_printing.h"
+#include "server/rpc/job_field.h"
+#include "server/rpc/printer.h"
+#include "server/service/mesh_id.h"
+
+namespace ccslice::server {
+namespace {
+
+constexpr std::size_t kMaxPartNameBytes = 64;
+
+std::string path_of_part(int part) { return "parts[" + std::to_string(part) + "]"; }
+
+int placements_of(const v1::Part& part) { return std::max(1, part.placements_size()); }
+
+void require_count(const v1::SliceJob& job) {
+  if (job.parts().empty()) {
+    throw Error(ErrorCode::kPartsMissing, "parts: none; give the job a part, with the id of its mesh", "parts");
+  }
+  std::size_t count = 0;
+  for (const v1::Part& part : job.parts()) count += static_cast<std::size_t>(placements_of(part));
+  if (count <= kMaxPlacedParts) return;
+  throw Error(ErrorCode::kTooManyParts,
+              "parts: " + std::to_string(count) + " in all, counting each placement, are more than the " +
+                  std::to_string(kMaxPlacedParts) +
+                  " of a job; slice some of them in a job of their own, on the same "
+                  "grid",
+              "parts");
+}
+
+void require_names(const v1::SliceJob& job) {
+  const auto refuse = [](int part, const std::string& what) {
+    const std::string field = path_of_part(part) + ".name";
+    throw Error(ErrorCode::kPartNameInvalid, field + ": " + what, field);
+  };
+  std::unordered_set<std::string_view> known;
+  for (int p = 0; p < job.parts_size(); ++p) {
+    const std::string& name = job.parts(p).name();
+    if (name.size() > kMaxPartNameBytes) {
+      refuse(p, "longer than " + std::to_string(kMaxPartNameBytes) + " bytes; give it a shorter one");
+    }
+    if (job.parts_size() == 1) return;
+    if (name.empty()) refuse(p, "none, and the job has several parts; name each");
+    if (!known.insert(name).second) refuse(p, "'" + echoed(name) + "' is another part's, too; give each its own");
+  }
+}
+
+/// The names of a field of the core's job, and where the contract has them.
+using Renamed = std::vector<std::pair<std::string, std::string>>;
+
+/// What `body` returns. Errors of fields that begin with a name get the other one, in their messages too.
+template <typename Body>
+auto renaming(const Renamed& names, const std::string& behind, const Body& body) {
+  const auto renamed = [&](const auto& error, const auto& make) {
+    const std::string& field = error.field();
+    std::string message = error.what(), path = field;
+    for (const auto& [from, to] : names) {
+      if (!field.starts_with(from)) continue;
+      path = to + field.substr(from.size());
+      if (message.starts_with(from)) message = to + message.substr(from.size());
+      break;
+    }
+    return make(message + behind, path);
+  };
+  try {
+    return body();
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kCancelled) throw;
+    throw renamed(error, [&](const std::string& message, const std::string& path) {
+      return Error(error.code(), message, path, error.ids());
+    });
+  } catch (const ServiceError& error) {
+    throw renamed(error, [&](const std::string& message, const std::string& path) {
+      return ServiceError(error.code(), message, path, error.mesh_id());
+    });
+  }
+}
+
+/// For messages.
+std::string name_of(const v1::SliceJob& job, const PartPlace& place) {
+  const v1::Part& part = job.parts(place.part);
+  const std::string name = part.name().empty() ? "part" : part.name();
+  return part.placements_size() < 2 ? name : name + ", copy " + std::to_string(place.placement + 1);
+}
+
+/// What is behind the message of an error of one of several parts.
+std::string naming(const v1::SliceJob& job, int part) {
+  return job.parts_size() == 1 ? "" : " (part '" + echoed(job.parts(part).name()) + "')";
+}
+
+/// In one of several parts a name that it lacks may be another's.
+std::string others_with(const v1::SliceJob& job, std::span<const std::shared_ptr<const LimitSolid>> solids,
+                        const std::string& channel) {
+  std::vector<std::string> names;
+  for (int p = 0; p < job.parts_size(); ++p) {
+    const auto& channels = solids[static_cast<std::size_t>(p)]->summary().channels;
+    if (std::ranges::find(channels, channel, &ChannelRange::name) == channels.end()) continue;
+    names.push_back("'" + echoed(job.parts(p).name()) + "'");
+  }
+  return names.empty() ? "" : "; the parts that have it: " + echoed_list(names, names.size());
+}
+
+std::vector<std::string> region_names(std::span<const std::shared_ptr<const LimitSolid>> solids) {
+  PlacedParts parts;
+  for (const auto& solid : solids) parts.push_back({"", solid, {}});
+  return cell_region_names(parts);
+}
+
+/// The planes with what follows from all parts together: the channels that no name is given for, and how cell regions
+/// are stored.
+google::protobuf::RepeatedPtrField<v1::PlaneSpec> planes_of_all(
+    const v1::SliceJob& message, std::span<const std::shared_ptr<const LimitSolid>> solids) {
+  auto planes = message.planes();
+  for (v1::PlaneSpec& plane : planes) {
+    if (plane.has_channels() && plane.channels().names().empty()) {
+      for (const ChannelRange& channel : solids.front()->summary().channels) {
+        plane.mutable_channels()->add_names(channel.name);
+      }
+    }
+    if (plane.has_cell_regions() && plane.sample_type() == v1::SAMPLE_TYPE_UNSPECIFIED) {
+      switch (smallest_index_type(region_names(solids).size())) {
+        case SampleType::kBit: plane.set_sample_type(v1::SAMPLE_TYPE_BIT); break;
+        case SampleType::kUint2: plane.set_sample_type(v1::SAMPLE_TYPE_UINT2); break;
+        case SampleType::kUint4: plane.set_sample_type(v1::SAMPLE_TYPE_UINT4); break;
+        default: plane.set_sample_type(v1::SAMPLE_TYPE_UINT8);
+      }
+    }
+  }
+  return planes;
+}
+
+/// What cell regions of several parts are too many for.
+void require_region_numbers(const PlacedParts& parts) {
+  const std::size_t count = cell_region_names(parts).size();
+  const SliceJob& job = parts.front().job;
+  for (std::size_t i = 0; i < job.planes.size(); ++i) {
+    if (job.planes[i].content != PlaneContent::kCellRegions) continue;
+    const auto obstacle = index_encoding_obstacle(job.planes[i].sample_type, job.planes[i].encoding, count);
+    if (!obstacle) continue;
+    const std::string field = "planes[" + std::to_string(i) + "].sample_type";
+    throw Error(ErrorCode::kEncodingUnsupported,
+                field + ": the parts have " + std::to_string(count) + " cell regions; " + std::string(*obstacle),
+                field);
+  }
+}
+
+/// The printing of a part: the job's, but for the maps and the seed of its own.
+Printing printing_of(const v1::SliceJob& message, int part, const LimitSolid& solid) {
+  const v1::Part& own = message.parts(part);
+  v1::Printing printing = message.printing();
+  Renamed names;
+  if (own.has_map()) {
+    *printing.mutable_map() = own.map();
+    names.emplace_back("printing.map", path_of_part(part) + ".map");
+  }
+  if (!own.cell_region_maps().empty() || own.has_map()) {
+    *printing.mutable_cell_region_maps() = own.cell_region_maps();
+    names.emplace_back("printing.cell_region_maps", path_of_part(part) + ".cell_region_maps");
+  }
+  if (own.has_halftone_seed()) printing.mutable_halftone()->set_seed(own.halftone_seed());
+  return renaming(names, "", [&] {
+    Printing read = to_printing(printing, solid.summary());
+    if (!names.empty()) validate_printing(read, solid.summary());
+    return read;
+  });
+}
+
+SliceJob job_of_part(const v1::SliceJob& message, int part, const LimitSolid& solid,
+                     const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& planes) {
+  SliceJob job;
+  if (message.has_printing()) job.printing = printing_of(message, part, solid);
+  job.planes = to_planes(planes, solid.summary(), job.printing);
+  job.order = to_order(message.layout());
+  job.contours = message.has_contours();
+  job.contours_by_region = message.contours().by_cell_region();
+  const v1::Tolerances& tolerances = message.tolerances();
+  if (tolerances.has_contour_mm()) job.contour_tolerance_mm = tolerances.contour_mm();
+  if (tolerances.has_channel()) job.material_tolerance = tolerances.channel();
+  job.prove_materials = tolerances.prove_channels();
+  job.refuses_overlaps = message.overlaps() == v1::PART_OVERLAPS_REFUSE;
+  return job;
+}
+
+/// Integer samples of several parts stand for the same values: what all of them have.
+void share_ranges(PlacedParts& parts) {
+  for (std::size_t p = 0; p < parts.front().job.planes.size(); ++p) {
+    const PlaneSpec& plane = parts.front().job.planes[p];
+    if (plane.content != PlaneContent::kChannel || plane.range || plane.sample_type == SampleType::kFloat32) continue;
+    const auto channel_of = [p](const PlacedPart& part) -> const ChannelRange& {
+      return part.solid->summary().channels[part.job.planes[p].channel];
+    };
+    ValueRange all{channel_of(parts.front()).min, channel_of(parts.front()).max};
+    for (const PlacedPart& part : parts) {
+      all = {std::min<double>(all.min, channel_of(part).min), std::max<double>(all.max, channel_of(part).max)};
+    }
+    if (!(all.min < all.max)) continue;  // The same constant in all: 0.
+    for (PlacedPart& part : parts) part.job.planes[p].range = all;
+  }
+}
+
+void require_known_overlaps(const v1::SliceJob& message) {
+  if (v1::PartOverlaps_IsValid(message.overlaps())) return;
+  throw Error(ErrorCode::kEnumValueUnknown,
+              "overlaps: " + std::to_string(static_cast<int>(message.overlaps())) +
+                  " isn't a way that this server knows; ask for BY_PRIORITY or REFUSE",
+              "overlaps");
+}
+
+PlacedParts to_unchecked_parts(const v1::SliceJob& message, std::span<const std::shared_ptr<const LimitSolid>> solids,
+                               const SliceLimits& limits, const CancellationToken& cancel) {
+  require_known_overlaps(message);
+  PlacedParts parts;
+  Box3 box;
+  for (const PartPlace& place : part_places(message)) {
+    const auto& [p, k] = place;
+    const auto& solid = solids[static_cast<std::size_t>(p)];
+    PlacedPart& part = parts.emplace_back();
+    part.name = name_of(message, place);
+    part.solid = solid;
+    part.priority = message.parts(p).priority();
+    if (message.parts(p).placements().empty()) {
+      box.extend(solid->placed_bounding_box(part.job.placement, cancel));
+      continue;
+    }
+    const Renamed names = {{"placement", path_of_part(p) + ".placements[" + std::to_string(k) + "]"}};
+    part.job.placement = renaming(names, naming(message, p), [&] {
+      return to_placement(message.parts(p).placements(k), solid->summary().bounding_box, limits);
+    });
+    box.extend(solid->placed_bounding_box(part.job.placement, cancel));
+  }
+  const Grid grid = to_grid(message, box, limits);
+  std::optional<VoxelRegion> region;
+  if (message.has_region()) region = to_region(message.region(), grid);
+  const auto planes = planes_of_all(message, solids);
+  std::size_t made = 0;
+  for (int p = 0; p < message.parts_size(); ++p) {
+    const LimitSolid& solid = *solids[static_cast<std::size_t>(p)];
+    const SliceJob job = [&] {
+      try {
+        return renaming({}, naming(message, p), [&] { return job_of_part(message, p, solid, planes); });
+      } catch (const Error& error) {
+        if (error.code() != ErrorCode::kChannelUnknown || message.parts_size() == 1) throw;
+        for (const v1::PlaneSpec& plane : planes) {
+          const std::string others = others_with(message, solids, plane.channel().name());
+          if (plane.has_channel() && !others.empty() &&
+              std::ranges::find(solid.summary().channels, plane.channel().name(), &ChannelRange::name) ==
+                  solid.summary().channels.end()) {
+            throw Error(error.code(), error.what() + others, error.field(), error.ids());
+          }
+        }
+        throw;
+      }
+    }();
+    for (int k = 0; k < placements_of(message.parts(p)); ++k) {
+      SliceJob& placed = parts[made++].job;
+      const Placement placement = placed.placement;
+      placed = job;
+      placed.placement = placement;
+      placed.grid = grid;
+      placed.region = region;
+    }
+  }
+  if (parts.size() > 1) share_ranges(parts);
+  return parts;
+}
+
+}  // namespace
+
+std::vector<std::string> mesh_ids_of(const v1::SliceJob& job, const std::string& path) {
+  at_job(path, [&] {
+    require_count(job);
+    require_names(job);
+  });
+  std::vector<std::string> ids;
+  for (int p = 0; p < job.parts_size(); ++p) {
+    ids.push_back(job.parts(p).mesh_id());
+    require_mesh_id(ids.back(), path + "." + path_of_part(p) + ".mesh_id");
+  }
+  return ids;
+}
+
+const std::string& only_mesh_id_of(const v1::SliceJob& job, const std::string& path) {
+  (void)mesh_ids_of(job, path);
+  const bool is_one = job.parts_size() == 1 && placements_of(job.parts(0)) == 1;
+  if (is_one) return job.parts(0).mesh_id();
+  const std::string field = path + ".parts";
+  throw Error(ErrorCode::kTooManyParts,
+              field + ": pictures show one part in one place; ask for those of each part, or for layers by SliceRange",
+              field);
+}
+
+std::vector<PartPlace> part_places(const v1::SliceJob& job) {
+  std::vector<PartPlace> places;
+  for (int p = 0; p < job.parts_size(); ++p) {
+    for (int k = 0; k < placements_of(job.parts(p)); ++k) places.push_back({p, k});
+  }
+  return places;
+}
+
+PlacedParts to_placed_parts(const v1::SliceJob& message, const std::string& path,
+                            std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
+                            const CancellationToken& cancel) {
+  return at_job(path, [&] {
+    PlacedParts parts = to_unchecked_parts(message, solids, limits, cancel);
+    const std::vector<PartPlace> places = part_places(message);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      cancel.throw_if_cancelled();
+      renaming({}, naming(message, places[i].part), [&] { validate_job(*parts[i].solid, parts[i].job, limits); });
+    }
+    if (parts.size() > 1) require_region_numbers(parts);
+    return parts;
+  });
+}
+
+v1::Printing printing_with_defaults(const v1::SliceJob& message, const PlacedParts& parts) {
+  v1::Printing printing = to_message(*parts.front().job.printing, parts.front().solid->summary());
+  const v1::Part& first = message.parts(0);
+  printing.mutable_halftone()->set_seed(message.printing().halftone().seed());
+  if (!first.has_map() && first.cell_region_maps().empty()) return printing;
+  printing.clear_map();
+  if (message.printing().has_map()) *printing.mutable_map() = message.printing().map();
+  *printing.mutable_cell_region_maps() = message.printing().cell_region_maps();
+  return printing;
+}
+
+}  // namespace ccslice::server

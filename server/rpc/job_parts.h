@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// From a job's message to the parts that the core takes: what all have in common once, and for each part the numbers
+// that names of channels and cell regions stand for in its mesh. Pure.
+
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "ccslice/v1/job.pb.h"
+#include "core/base/cancellation.h"
+#include "core/job/placed_part.h"
+#include "core/job/slice_limits.h"
+#include "core/limit/limit_solid.h"
+
+namespace ccslice::server {
+
+/// The meshes of the parts of the job at `path` of a request, in the order of its parts. Throws Error{kPartsMissing,
+/// kTooManyParts, kPartNameInvalid}, ServiceError{kMeshIdInvalid}.
+std::vector<std::string> mesh_ids_of(const v1::SliceJob& job, const std::string& path);
+
+/// The same of a job that is to have one part in one place. Throws as above.
+const std::string& only_mesh_id_of(const v1::SliceJob& job, const std::string& path);
+
+/// Which part of the message, and which of its placements.
+struct PartPlace {
+  int part = 0, placement = 0;
+};
+
+/// By the number of the placed part.
+std::vector<PartPlace> part_places(const v1::SliceJob& job);
+
+/// The placed parts of the job at `path` of a request, in the order of part_places(), valid and within the limits.
+/// `solids`: of the parts. Throws Error (2xx), ServiceError{kRequestMalformed, kPrinterUnknown, kPrinterInvalid}. Takes
+/// a while for large meshes: throws Error{kCancelled}. REQUIRES: mesh_ids_of() passes.
+PlacedParts to_placed_parts(const v1::SliceJob& message, const std::string& path,
+                            std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
+                            const CancellationToken& cancel);
+
+/// What is printed, with defaults filled in, but for the maps of parts of their own. REQUIRES: to_placed_parts() made `parts`
+/// of the message; it has printing.
+v1::Printing printing_with_defaults(const v1::SliceJob& message, const PlacedParts& parts);
+
+}  // namespace ccslice::server
