@@ -23,7 +23,11 @@ struct PlacedPart {
   SliceJob job;
   // Voxels in several parts are of the one with the highest priority, and of those of the first one.
   std::int32_t priority = 0;
+  bool is_copy = false;  // All but its placement is that of the part before it.
 };
+
+/// `b` lies as `a` does, but for where.
+inline bool differ_by_translation(const Placement& a, const Placement& b) { return a.linear() == b.linear(); }
 
 inline constexpr std::size_t kMaxPlacedParts = 4096;
 

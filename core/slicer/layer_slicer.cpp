@@ -39,7 +39,8 @@ LayerSlicer::LayerSlicer(PlacedParts parts, const CancellationToken& cancel,
         Shared shared{std::move(parts), {}};
         for (std::size_t part = 0; part < shared.parts.size(); ++part) {
           const std::optional<bool> fit = tiles_fit.empty() ? std::nullopt : tiles_fit[part];
-          shared.painting.push_back(PartPainter::share(shared.parts[part], cancel, fit));
+          const auto* before = shared.parts[part].is_copy ? shared.painting.back().get() : nullptr;
+          shared.painting.push_back(PartPainter::share(shared.parts[part], cancel, fit, before));
         }
         return std::make_shared<const Shared>(std::move(shared));
       }()) {}

@@ -24,7 +24,7 @@ struct PartPainter::Shared {
   std::shared_ptr<const LimitSolid> solid;
   SliceJob job;
   std::shared_ptr<const ContourIndex> contour_index;
-  std::optional<HalftonePlan> halftone;  // Present if the job shows materials.
+  std::shared_ptr<const HalftonePlan> halftone;  // Present if the job shows materials.
   std::shared_ptr<CellNodeStore> pieces;
 };
 
@@ -181,12 +181,14 @@ struct PartPainter::State {
 };
 
 std::shared_ptr<const PartPainter::Shared> PartPainter::share(const PlacedPart& part, const CancellationToken& cancel,
-                                                              std::optional<bool> tiles_fit) {
+                                                              std::optional<bool> tiles_fit, const Shared* before) {
   const SliceJob& job = part.job;
   auto index = std::make_shared<const ContourIndex>(*part.solid, job.placement, Vec3::UnitZ(), cancel);
-  std::optional<HalftonePlan> halftone;
+  std::shared_ptr<const HalftonePlan> halftone = before != nullptr ? before->halftone : nullptr;
   const VoxelPitch& pitch = job.grid.pitch;
-  if (shows_materials(job)) halftone.emplace(*job.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm, cancel);
+  if (shows_materials(job) && !halftone) {
+    halftone = std::make_shared<const HalftonePlan>(*job.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm, cancel);
+  }
   return std::make_shared<const Shared>(
       Shared{part.solid, job, std::move(index), std::move(halftone), make_cell_node_store(tiles_fit)});
 }

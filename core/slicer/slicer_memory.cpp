@@ -12,6 +12,7 @@
 #include <random>
 #include <span>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "core/contour/contour.h"
@@ -249,7 +250,8 @@ double particle_bytes(double channels) {
 
 /// What a PartPainter takes, and LayerComposer of a job's only part.
 SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& cancel) {
-  const auto& [name, solid, job, priority] = part;
+  const std::shared_ptr<const LimitSolid>& solid = part.solid;
+  const SliceJob& job = part.job;
   const LayerScope scope = scope_of(job);
   const Boundary boundary = boundary_of(*solid, job, scope, cancel);
   const double channels = static_cast<double>(shown_channels(job).size() + mixed_channels(job).size());
@@ -279,16 +281,48 @@ SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& can
           {tiles_fit}};
 }
 
+/// How many voxels of the job's region the part's box has, about.
+double voxels_in_region(const PlacedPart& part) {
+  const Box3 box = part.solid->summary().bounding_box.transformed(voxel_of_mesh(part.job.placement, part.job.grid));
+  const VoxelRegion region = region_of(part.job);
+  const Vec3 first(region.first_column, region.first_row, region.first_layer);
+  const Box3 common =
+      box.intersection(Box3(first, first + Vec3(region.extent.columns, region.extent.rows, region.extent.layers)));
+  return common.isEmpty() ? 0 : common.volume();
+}
+
+/// The maps that colours are looked up in are tables.
+double map_bytes(const PlacedPart& part) {
+  constexpr double kTable = 33 * 33 * 33 * 4 * sizeof(float);
+  if (part.is_copy || !shows_materials(part.job)) return 0;
+  double bytes = 0;
+  for (const MaterialMap* map : maps_of(*part.job.printing)) {
+    if (std::holds_alternative<ColourMap>(map->kind)) bytes += kTable;
+  }
+  return bytes;
+}
+
 }  // namespace
 
 SlicerMemory slicer_memory(const PlacedParts& parts, const CancellationToken& cancel) {
+  // Copies that differ by where they lie take about the same: that of which most is in the region stands for all.
+  const auto is_like = [&](std::size_t a, std::size_t b) {
+    return parts[a].solid == parts[b].solid && parts[b].is_copy &&
+           differ_by_translation(parts[a].job.placement, parts[b].job.placement);
+  };
   SlicerMemory memory;
-  for (const PlacedPart& part : parts) {
-    const SlicerMemory of_part = memory_of_part(part, cancel);
-    memory.shared_bytes += of_part.shared_bytes;
-    memory.slicer_bytes += of_part.slicer_bytes;
-    memory.crossings += of_part.crossings;
-    memory.tiles_fit.push_back(of_part.tiles_fit.front());
+  for (std::size_t first = 0, end = 0; first < parts.size(); first = end) {
+    std::size_t fullest = first;
+    for (end = first + 1; end < parts.size() && is_like(first, end); ++end) {
+      if (voxels_in_region(parts[end]) > voxels_in_region(parts[fullest])) fullest = end;
+    }
+    const SlicerMemory of_part = memory_of_part(parts[fullest], cancel);
+    const std::uint64_t copies = end - first;
+    memory.shared_bytes += copies * of_part.shared_bytes;
+    if (parts.size() > 1) memory.shared_bytes += static_cast<std::uint64_t>(map_bytes(parts[first]));
+    memory.slicer_bytes += copies * of_part.slicer_bytes;
+    memory.crossings += copies * of_part.crossings;
+    memory.tiles_fit.insert(memory.tiles_fit.end(), copies, of_part.tiles_fit.front());
   }
   const SliceJob& job = parts.front().job;
   if (parts.size() > 1) memory.slicer_bytes += static_cast<std::uint64_t>(picture_bytes(job, scope_of(job)));

@@ -24,6 +24,7 @@ namespace ccslice::server {
 namespace {
 
 constexpr std::size_t kMaxPartNameBytes = 64;
+constexpr int kMaxParts = 256;  // Each may have maps of its own, which take memory.
 
 std::string path_of_part(int part) { return "parts[" + std::to_string(part) + "]"; }
 
@@ -32,6 +33,12 @@ int placements_of(const v1::Part& part) { return std::max(1, part.placements_siz
 void require_count(const v1::SliceJob& job) {
   if (job.parts().empty()) {
     throw Error(ErrorCode::kPartsMissing, "parts: none; give the job a part, with the id of its mesh", "parts");
+  }
+  if (job.parts_size() > kMaxParts) {
+    throw Error(ErrorCode::kTooManyParts,
+                "parts: " + std::to_string(job.parts_size()) + " are more than the " + std::to_string(kMaxParts) +
+                    " of a job; give copies of a mesh as placements of one part",
+                "parts");
   }
   std::size_t count = 0;
   for (const v1::Part& part : job.parts()) count += static_cast<std::size_t>(placements_of(part));
@@ -222,10 +229,31 @@ void require_known_overlaps(const v1::SliceJob& message) {
               "overlaps");
 }
 
+/// Boxes of placed parts. Those of copies that differ by where they lie are moved: finding one takes time.
+class PlacedBoxes {
+ public:
+  Box3 operator()(const PlacedPart& part, const CancellationToken& cancel) {
+    const Placement& placement = part.job.placement;
+    if (part.solid != solid_ || !differ_by_translation(placement, placement_)) {
+      solid_ = part.solid;
+      placement_ = placement;
+      box_ = part.solid->placed_bounding_box(placement, cancel);
+    }
+    const Vec3 moved = placement.translation() - placement_.translation();
+    return Box3(box_.min() + moved, box_.max() + moved);
+  }
+
+ private:
+  std::shared_ptr<const LimitSolid> solid_;
+  Placement placement_ = Placement::Identity();
+  Box3 box_;
+};
+
 PlacedParts to_unchecked_parts(const v1::SliceJob& message, std::span<const std::shared_ptr<const LimitSolid>> solids,
                                const SliceLimits& limits, const CancellationToken& cancel) {
   require_known_overlaps(message);
   PlacedParts parts;
+  PlacedBoxes boxes;
   Box3 box;
   for (const PartPlace& place : part_places(message)) {
     const auto& [p, k] = place;
@@ -234,15 +262,16 @@ PlacedParts to_unchecked_parts(const v1::SliceJob& message, std::span<const std:
     part.name = name_of(message, place);
     part.solid = solid;
     part.priority = message.parts(p).priority();
+    part.is_copy = k > 0;
     if (message.parts(p).placements().empty()) {
-      box.extend(solid->placed_bounding_box(part.job.placement, cancel));
+      box.extend(boxes(part, cancel));
       continue;
     }
     const Renamed names = {{"placement", path_of_part(p) + ".placements[" + std::to_string(k) + "]"}};
     part.job.placement = renaming(names, naming(message, p), [&] {
       return to_placement(message.parts(p).placements(k), solid->summary().bounding_box, limits);
     });
-    box.extend(solid->placed_bounding_box(part.job.placement, cancel));
+    box.extend(boxes(part, cancel));
   }
   const Grid grid = to_grid(message, box, limits);
   std::optional<VoxelRegion> region;
@@ -296,13 +325,15 @@ std::vector<std::string> mesh_ids_of(const v1::SliceJob& job, const std::string&
 }
 
 const std::string& only_mesh_id_of(const v1::SliceJob& job, const std::string& path) {
+  if (job.parts_size() > 1 || (job.parts_size() == 1 && placements_of(job.parts(0)) > 1)) {
+    const std::string field = path + ".parts";
+    throw Error(
+        ErrorCode::kTooManyParts,
+        field + ": pictures show one part in one place; ask for those of each part, or for layers by SliceRange",
+        field);
+  }
   (void)mesh_ids_of(job, path);
-  const bool is_one = job.parts_size() == 1 && placements_of(job.parts(0)) == 1;
-  if (is_one) return job.parts(0).mesh_id();
-  const std::string field = path + ".parts";
-  throw Error(ErrorCode::kTooManyParts,
-              field + ": pictures show one part in one place; ask for those of each part, or for layers by SliceRange",
-              field);
+  return job.parts(0).mesh_id();
 }
 
 std::vector<PartPlace> part_places(const v1::SliceJob& job) {

@@ -277,36 +277,47 @@ void warn_of_part(const PlacedPart& part, const SmallestFeature& smallest, const
   warn_of_fractions_below_one(*job.printing, solid, plan);
 }
 
-/// Looks at layers where boxes of parts meet, a few at most: voxels in several parts are warned of, or refused.
-void look_for_overlaps(PlacedParts parts, const CancellationToken& cancel, v1::PlanSlicesResponse& plan) {
-  constexpr std::size_t kMostLayers = 8;
-  const bool refuses = parts.front().job.refuses_overlaps;
-  const Grid& grid = parts.front().job.grid;
-  const VoxelRegion region = region_of(parts.front().job);
-  const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);
+/// Looks at layers where boxes of parts meet, at a few of them: voxels in several parts are warned of, or refused.
+void look_for_overlaps(const PlacedParts& parts, const CancellationToken& cancel, v1::PlanSlicesResponse& plan) {
+  constexpr std::size_t kMostPairs = 8, kMostFaces = 1 << 18;
+  const SliceJob& job = parts.front().job;
+  const VoxelRegion region = region_of(job);
+  const Vec3 pitch(job.grid.pitch.x_mm, job.grid.pitch.y_mm, job.grid.pitch.z_mm);
   std::vector<Box3> boxes;
-  for (const PlacedPart& part : parts) boxes.push_back(part.solid->placed_bounding_box(part.job.placement, cancel));
+  for (const PlacedPart& part : parts) {
+    boxes.push_back(part.solid->summary().bounding_box.transformed(part.job.placement));
+  }
+  std::set<std::size_t> meeting;
   std::set<std::uint32_t> layers;
-  for (std::size_t a = 0; a < parts.size() && layers.size() < kMostLayers; ++a) {
-    for (std::size_t b = 0; b < a && layers.size() < kMostLayers; ++b) {
+  std::size_t faces = 0;
+  for (std::size_t a = 0; a < parts.size() && layers.size() < kMostPairs; ++a) {
+    cancel.throw_if_cancelled();
+    for (std::size_t b = 0; b < a && layers.size() < kMostPairs; ++b) {
       const Box3 common = boxes[a].intersection(boxes[b]);
       if (common.isEmpty() || (common.sizes().array() < pitch.array()).any()) continue;
-      const double layer = std::floor((common.center().z() - grid.origin_mm.z()) / grid.pitch.z_mm);
-      if (layer >= region.first_layer && layer < region.end_layer()) layers.insert(static_cast<std::uint32_t>(layer));
+      const double layer = std::floor((common.center().z() - job.grid.origin_mm.z()) / pitch.z());
+      if (layer < region.first_layer || layer >= region.end_layer()) continue;
+      faces += parts[a].solid->summary().boundary_faces + parts[b].solid->summary().boundary_faces;
+      if (faces > kMostFaces) break;
+      layers.insert(static_cast<std::uint32_t>(layer));
+      meeting.insert({a, b});
     }
   }
   if (layers.empty()) return;
-  for (PlacedPart& part : parts) {
+  PlacedParts looked_at;
+  for (const std::size_t p : meeting) {
+    PlacedPart& part = looked_at.emplace_back(parts[p]);
+    part.is_copy = false;
     part.job.planes = {PlaneSpec{}};
     part.job.printing.reset();
     part.job.contours = part.job.contours_by_region = false;
     part.job.refuses_overlaps = true;
   }
-  LayerSlicer slicer(std::move(parts), cancel);
+  LayerSlicer slicer(std::move(looked_at), cancel);
   try {
     for (const std::uint32_t layer : layers) (void)slicer.slice(layer, cancel);
   } catch (const Error& error) {
-    if (error.code() != ErrorCode::kPartsOverlap || refuses) throw;
+    if (error.code() != ErrorCode::kPartsOverlap || job.refuses_overlaps) throw;
     const std::string_view what = error.what();
     add_warning(plan, v1::PLAN_WARNING_KIND_PARTS_OVERLAP,
                 std::string(what.substr(what.find(' ') + 1, what.find(';') - what.find(' ') - 1)) +

@@ -172,6 +172,9 @@ TEST_F(JobParts, AreNotTooMany) {
   while (part.placements_size() < 4097) place(part, 0);
   EXPECT_EQ(failure().reason, "TOO_MANY_PARTS");
   EXPECT_EQ(failure().field, "job.parts");
+  job_->clear_parts();
+  for (int i = 0; i < 257; ++i) add(std::to_string(i), 0);
+  EXPECT_EQ(failure().reason, "TOO_MANY_PARTS");
 }
 
 TEST_F(JobParts, SayWhichHaveTheChannelThatOneLacks) {

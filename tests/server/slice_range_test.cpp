@@ -352,13 +352,7 @@ TEST_F(RefusedSlicing, WrongChunkSizes) {
   }
 }
 
-TEST_F(RefusedSlicing, OtherThanOnePartInOnePlace) {
-  part_of(*request_.mutable_job()).add_placements();
-  part_of(*request_.mutable_job()).add_placements();
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "TOO_MANY_PARTS", "job.parts[0].placements");
-  request_.mutable_job()->add_parts();
-  expect(grpc::StatusCode::INVALID_ARGUMENT, "TOO_MANY_PARTS", "job.parts");
-  EXPECT_THAT(server_.slice_failure(request_).message, testing::HasSubstr("slice each in a job of its own"));
+TEST_F(RefusedSlicing, NoParts) {
   request_.mutable_job()->clear_parts();
   expect(grpc::StatusCode::INVALID_ARGUMENT, "PARTS_MISSING", "job.parts");
   request_.clear_job();

@@ -23,6 +23,7 @@ from .client import Client
 from .errors import AnswerError, CallError, Error, LocalServerError
 from .layers import Layer
 from .mesh import Mesh
+from .parts import Part
 from .points import Evaluation, Probe
 from .preview import Plane, Preview
 from .printing import Printing, blend, curve, direct
@@ -30,6 +31,6 @@ from .surface import Surface
 
 __version__ = "0.1.0"
 __all__ = [
-    "AnswerError", "CallError", "Client", "Error", "Evaluation", "Layer", "LocalServerError", "Mesh", "Plane",
-    "Preview", "Printing", "Probe", "Surface", "blend", "curve", "direct"
+    "AnswerError", "CallError", "Client", "Error", "Evaluation", "Layer", "LocalServerError", "Mesh", "Part",
+    "Plane", "Preview", "Printing", "Probe", "Surface", "blend", "curve", "direct"
 ]

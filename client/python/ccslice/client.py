@@ -18,9 +18,10 @@ from .errors import AnswerError, CallError, call_error, require_answer
 from .layers import Assembler, Layer
 from .local_server import LocalServer
 from .mesh import Mesh
+from .parts import Part
 from .points import Evaluation, Probe
 from .preview import Plane, Preview, PreviewAssembler, content_message, plane_message
-from .printing import Printing
+from .printing import Printing, material_map
 from .surface import Surface
 from .v1 import info_pb2, job_pb2, mesh_pb2, plan_pb2, points_pb2, preview_pb2, slice_pb2, surface_pb2
 
@@ -41,6 +42,7 @@ _SAMPLE_TYPES = {
 
 Pitch = Union[float, Sequence[float]]
 Channels = Union[Iterable[str], Mapping[str, Any]]
+Meshes = Union[Mesh, str, Sequence[Part]]
 OnPreparation = Callable[[mesh_pb2.GetPreparationResponse], None]
 Result = TypeVar("Result")
 
@@ -92,13 +94,15 @@ class _Attempts:
         self.progress()
 
     def progress(self) -> None:
-        self._failures = self.reuploads = 0
+        self._failures = 0
+        self._reuploads: Dict[str, int] = {}  # By mesh.
         self._is_told = False
 
     def count_reupload(self, error: CallError) -> None:
         """A mesh that is at hand is missing. Raises the error if that comes too often."""
-        self.reuploads += 1
-        if self.reuploads > _MOST_REUPLOADS:
+        times = self._reuploads.get(error.missing_mesh_id, 0) + 1
+        self._reuploads[error.missing_mesh_id] = times
+        if times > _MOST_REUPLOADS:
             raise error
 
     def wait_after(self, error: CallError) -> None:
@@ -220,16 +224,16 @@ class Client:
         self._meshes.pop(mesh_id, None)
         return self._call(lambda: self._stub.DeleteMesh(mesh_pb2.DeleteMeshRequest(mesh_id=mesh_id))).deleted
 
-    def plan(self, mesh: Union[Mesh, str], pitch: Optional[Pitch] = None, **job: Any) -> plan_pb2.PlanSlicesResponse:
+    def plan(self, mesh: Meshes, pitch: Optional[Pitch] = None, **job: Any) -> plan_pb2.PlanSlicesResponse:
         """What slicing would give: grid, layers, sizes, warnings. Takes what slice() takes, but layers."""
         request = plan_pb2.PlanSlicesRequest(job=self._job(mesh, pitch, **job))
         return self._call(lambda: self._stub.PlanSlices(request))
 
-    def slice(self, mesh: Union[Mesh, str], pitch: Optional[Pitch] = None, *, layers: Optional[range] = None,
+    def slice(self, mesh: Meshes, pitch: Optional[Pitch] = None, *, layers: Optional[range] = None,
               on_progress: Optional[Callable[[int, int], None]] = None, **job: Any) -> Iterator[Layer]:
         """The layers, one after the other, as they come.
 
-        mesh: a Mesh, or the id of an uploaded one.
+        mesh: a Mesh, or the id of an uploaded one; or a list of Parts.
         pitch: of voxels in mm, three numbers or one for all; default: the profile's.
         layers: a range of them, counted in the grid, such as range(0, 10) for the first ten; default: all.
         channels: names, as float32; or {name: "uint8", "uint16" or "float32"}, integers over the channel's range.
@@ -238,7 +242,8 @@ class Client:
         occupancy: whether to say which voxels are inside; default: if nothing else is asked for.
         printing: a Printing, for one material in each voxel. cell_regions: whether to say the cell region of each.
         contours: whether layers have their outlines. contours_by_region: those of each cell region instead.
-        profile: a printer's name. placement: (3, 4) or (4, 4) matrix, row by row. origin_mm, extent: of the grid.
+        profile: a printer's name. origin_mm, extent: of the grid.
+        placement: (3, 4) or (4, 4) matrix, row by row; Parts have their own.
         region_mm: ((x, y, z), (x, y, z)), only this box of it.
         tolerance_mm, material_tolerance, prove_materials: as the command line has them.
         on_progress: called with the number of layers done and of all.
@@ -472,7 +477,7 @@ class Client:
                     continue
                 attempts.wait_after(error)
 
-    def _job(self, mesh: Union[Mesh, str], pitch: Optional[Pitch], *, channels: Channels = (),
+    def _job(self, mesh: Meshes, pitch: Optional[Pitch], *, channels: Channels = (),
              value_ranges: Optional[Mapping[str, Tuple[float, float]]] = None, occupancy: Optional[bool] = None,
              printing: Optional[Printing] = None, cell_regions: bool = False, contours: bool = False,
              contours_by_region: bool = False, profile: Optional[str] = None, placement: Any = None,
@@ -488,9 +493,6 @@ class Client:
         if profile is not None:
             job.printer.name = profile
             job.grid.SetInParent()
-        part = job.parts.add()
-        if placement is not None:
-            part.placements.add().matrix.extend(_matrix(placement))
         if origin_mm is not None:
             origin = job.grid.origin_mm
             origin.x, origin.y, origin.z = _triple("origin_mm", origin_mm)
@@ -515,8 +517,29 @@ class Client:
         if material_tolerance is not None:
             job.tolerances.channel = material_tolerance
         job.tolerances.prove_channels = prove_materials
-        part.mesh_id = self._mesh_id(mesh)
+        self._add_parts(job, mesh, placement)
         return job
+
+    def _add_parts(self, job: job_pb2.SliceJob, mesh: Meshes, placement: Any) -> None:
+        if isinstance(mesh, (Mesh, str)) or not isinstance(mesh, Sequence):
+            part = job.parts.add(mesh_id=self._mesh_id(mesh))
+            if placement is not None:
+                part.placements.add().matrix.extend(_matrix(placement))
+            return
+        if placement is not None:
+            raise ValueError("placement is for one mesh; give each Part its placements")
+        for number, given in enumerate(mesh, 1):
+            if not isinstance(given, Part):
+                raise ValueError(f"mesh is a Mesh, its id, or a list of Parts, and item {number - 1} of the list is "
+                                 f"{type(given).__name__}")
+            part = job.parts.add(mesh_id=self._mesh_id(given.mesh), name=given.name or f"part {number}",
+                                 priority=given.priority)
+            for matrix in given.placements if given.placements is not None else ():
+                part.placements.add().matrix.extend(_matrix(matrix))
+            if given.map is not None:
+                part.map.CopyFrom(material_map(given.map, strict=job.printing.map.strict))
+            if given.seed is not None:
+                part.halftone_seed = given.seed
 
     def _add_planes(self, job: job_pb2.SliceJob, channels: Channels, value_ranges: Mapping[str, Tuple[float, float]],
                     occupancy: Optional[bool], printing: Optional[Printing], cell_regions: bool) -> None:

@@ -59,6 +59,15 @@ def _rgba(colour: Colour) -> int:
     return int.from_bytes(bytes(numbers if len(numbers) == 4 else numbers + (255,)), "big")
 
 
+def material_map(map: Union[material_pb2.MaterialMap, str], strict: bool) -> material_pb2.MaterialMap:
+    """The map, or that of one material."""
+    message = material_pb2.MaterialMap(material=map) if isinstance(map, str) else material_pb2.MaterialMap()
+    if not isinstance(map, str):
+        message.CopyFrom(map)
+    message.strict = strict
+    return message
+
+
 class Printing:
     """What a printer holds, and which material goes where.
 
@@ -78,16 +87,8 @@ class Printing:
         for name, colour in materials.items():
             self.message.materials.add(name=name, rgba=_rgba(colour))
         if map is not None:
-            self.message.map.CopyFrom(self._map(map, strict))
+            self.message.map.CopyFrom(material_map(map, strict))
         for region, own in (region_maps or {}).items():
-            self.message.cell_region_maps.add(cell_region=region, map=self._map(own, strict))
+            self.message.cell_region_maps.add(cell_region=region, map=material_map(own, strict))
         self.message.halftone.method = _METHODS[halftone]
         self.message.halftone.seed = seed
-
-    @staticmethod
-    def _map(map: Union[material_pb2.MaterialMap, str], strict: bool) -> material_pb2.MaterialMap:
-        message = material_pb2.MaterialMap(material=map) if isinstance(map, str) else material_pb2.MaterialMap()
-        if not isinstance(map, str):
-            message.CopyFrom(map)
-        message.strict = strict
-        return message
