@@ -137,7 +137,7 @@ void Client::upload_missing(const Endpoint& endpoint, const std::vector<std::str
     missing.assign(response.missing_mesh_ids().begin(), response.missing_mesh_ids().end());
   }
   for (const std::string& id : missing) {
-    if (const auto mesh = remembered(id)) upload_once(endpoint, *mesh, {}, call);
+    if (const auto mesh = remembered(id)) upload_once(endpoint, *mesh, mesh_ids.front(), {}, call);
   }
 }
 
@@ -156,8 +156,9 @@ UploadOutcome Client::ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, con
     return response.missing_mesh_ids_size() > 0;
   });
   if (!missing) return {mesh_summary(mesh->id(), call, preparation), true};
-  v1::UploadMeshResponse response = with_retries(
-      call, {mesh->id()}, [&](const Endpoint& at) { return upload_once(at, *mesh, progress, call, preparation); });
+  v1::UploadMeshResponse response = with_retries(call, {mesh->id()}, [&](const Endpoint& at) {
+    return upload_once(at, *mesh, mesh->id(), progress, call, preparation);
+  });
   return {std::move(*response.mutable_mesh()), response.already_cached()};
 }
 
@@ -172,9 +173,9 @@ bool Client::forget(const std::string& mesh_id) {
 }
 
 v1::UploadMeshResponse Client::upload_once(const Endpoint& endpoint, const MeshBytes& mesh,
-                                           const UploadProgress& progress, const CallOptions& call,
-                                           const PreparationReport& preparation) {
-  Call one(call, endpoint, mesh.id());
+                                           const std::string& chosen_by, const UploadProgress& progress,
+                                           const CallOptions& call, const PreparationReport& preparation) {
+  Call one(call, endpoint, chosen_by);
   v1::UploadMeshResponse response;
   const auto writer = endpoint.stub->UploadMesh(&one.context(), &response);
   v1::UploadMeshRequest message;

@@ -183,8 +183,10 @@ class Client {
   auto with_retries(const CallOptions& call, const std::vector<std::string>& mesh_ids, Body&& body);
   template <typename Body>
   auto with_retries(const CallOptions& call, Attempts& attempts, int& reuploads, Body&& body);
-  v1::UploadMeshResponse upload_once(const Endpoint& endpoint, const MeshBytes& mesh, const UploadProgress& progress,
-                                     const CallOptions& call, const PreparationReport& preparation = {});
+  /// `chosen_by`: the mesh that proxies choose a server by; of a job its first part's.
+  v1::UploadMeshResponse upload_once(const Endpoint& endpoint, const MeshBytes& mesh, const std::string& chosen_by,
+                                     const UploadProgress& progress, const CallOptions& call,
+                                     const PreparationReport& preparation = {});
   /// Uploads those that the server lacks and we remember.
   void upload_missing(const Endpoint& endpoint, const std::vector<std::string>& mesh_ids, const CallOptions& call);
   SliceOutcome slice_from(std::size_t turn, const v1::SliceRangeRequest& request, const LayerCallback& on_layer,

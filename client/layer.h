@@ -28,6 +28,7 @@ struct ContourLoop {
   std::vector<std::uint32_t> faces;  // Boundary face of every point; empty of contours by region.
   std::vector<double> parameters;    // s, t of every point on its face; likewise.
   std::uint32_t cell_region = 0;     // Of contours by region: 1 + its index in SliceHeader.cell_region_names.
+  std::uint32_t placed_part = 0;     // As in ContourPiece.
 };
 
 struct Layer {

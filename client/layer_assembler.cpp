@@ -94,7 +94,11 @@ void LayerAssembler::add_piece(const v1::ContourPiece& piece) {
   }
   ContourLoop& loop = loops.back();
   const auto regions = static_cast<std::uint32_t>(header_.cell_region_names_size());
-  if (piece.first_point() == 0) loop.cell_region = piece.cell_region();
+  if (piece.first_point() == 0) {
+    loop.cell_region = piece.cell_region();
+    loop.placed_part = piece.placed_part();
+  }
+  require_answer(piece.placed_part() == loop.placed_part, "a contour of several parts");
   require_answer(piece.cell_region() == loop.cell_region && piece.cell_region() <= regions,
                  "contours of an unknown region");
   require_answer(piece.first_point() == loop.points_mm.size() / 2, "contour points with a gap");

@@ -40,6 +40,11 @@ std::string sliced_mesh(Session& session, const LayerStack& stack, const Package
 }
 
 client::Surface boundary_of(Session& session, const LayerStack& stack, const PackageOptions& options) {
+  if (stack.has_several_parts()) {
+    throw UsageError(
+        "a .3mf file holds the boundary of one part, and these layers are of several parts or copies; slice each by "
+        "itself, or write a .gcvf file");
+  }
   v1::TessellateBoundaryRequest request;
   request.set_mesh_id(sliced_mesh(session, stack, options));
   for (const double entry : stack.placement()) request.mutable_placement()->add_matrix(entry);

@@ -188,7 +188,7 @@ PartNumbers put_on_server(Session& session, const JobOptions& options, v1::Slice
 v1::PlanSlicesResponse in_numbers_of_files(v1::PlanSlicesResponse plan, const PartNumbers& numbers) {
   if (numbers.size() == 1) return numbers.front() ? renumbered(plan, *numbers.front()) : plan;
   for (v1::PlanWarning& warning : *plan.mutable_warnings()) {
-    if (!warning.has_part() || !numbers[warning.part()]) continue;
+    if (!warning.has_part() || warning.part() >= numbers.size() || !numbers[warning.part()]) continue;
     v1::PlanSlicesResponse alone;
     *alone.add_warnings() = warning;
     warning = renumbered(alone, *numbers[warning.part()]).warnings(0);

@@ -48,7 +48,8 @@ void require_same_job(const ShareFolder& a, const ShareFolder& b) {
     const char* member;
     const char* name;
   };
-  static constexpr std::array<Part, 7> kParts = {{{"mesh_id", "meshes"},
+  static constexpr std::array<Part, 8> kParts = {{{"mesh_id", "meshes"},
+                                                  {"parts", "parts"},
                                                   {"placement", "placements"},
                                                   {"region", "regions"},
                                                   {"layout", "layouts"},

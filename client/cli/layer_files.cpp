@@ -108,24 +108,27 @@ std::string contours_as_csv(const client::Layer& layer, bool by_region) {
   return text;
 }
 
-/// One path of all loops, where even and odd crossings tell inside from outside, or one for each cell region. SVG has y
-/// downwards, so it is turned about.
+/// One path of all loops of a part, where even and odd crossings tell inside from outside, or one for each of its cell
+/// regions. SVG has y downwards, so it is turned about.
 std::string contours_as_svg(const client::Layer& layer, const ContourFiles& files) {
   const auto& [left, bottom, width, height] = files.box_mm;
   std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + shortest(width) + "mm\" height=\"" +
                      shortest(height) + "mm\" viewBox=\"" + shortest(left) + " " + shortest(-bottom - height) + " " +
                      shortest(width) + " " + shortest(height) + "\">\n<title>layer " + std::to_string(layer.index) +
                      ", z = " + shortest(layer.z_mm) + " mm</title>\n";
-  std::map<std::uint32_t, std::string> paths;  // By cell region; all are 0 where regions aren't asked for.
+  // By placed part and cell region; these are 0 where regions aren't asked for.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::string> paths;
   for (const client::ContourLoop& loop : layer.contours) {
-    std::string& path = paths[loop.cell_region];
+    std::string& path = paths[{loop.placed_part, loop.cell_region}];
     for (std::size_t i = 0; i + 1 < loop.points_mm.size(); i += 2) {
       path += (i == 0 ? "M" : "L") + shortest(loop.points_mm[i]) + "," + shortest(0 - loop.points_mm[i + 1]);
     }
     path += "Z\n";
   }
-  for (const auto& [region, path] : paths) {
-    text += files.by_region ? "<path id=\"cell-region-" + std::to_string(region) + "\"" : "<path";
+  for (const auto& [number, path] : paths) {
+    const auto& [part, region] = number;
+    const std::string of_part = part == 0 ? "" : "-part-" + std::to_string(part + 1);  // Ids are there once.
+    text += files.by_region ? "<path id=\"cell-region-" + std::to_string(region) + of_part + "\"" : "<path";
     text += " fill-rule=\"evenodd\" d=\"" + path + "\"/>\n";
   }
   return text + "</svg>\n";

@@ -49,6 +49,7 @@ LayerStack::LayerStack(fs::path folder) : folder_(std::move(folder)) {
     fail("is that of a share of a job; make the job of all its shares first, with ccslice join");
   }
   mesh_id_ = text(*manifest, "mesh_id");
+  has_several_parts_ = manifest->fields().contains("parts");
   for (const auto& entry : items(*manifest, "placement")) placement_.push_back(entry.number_value());
   for (const auto& value : items(*manifest, "planes")) {
     const Struct& plane = value.struct_value();

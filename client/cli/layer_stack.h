@@ -42,6 +42,7 @@ class LayerStack {
   const std::array<double, 3>& origin_mm() const { return origin_mm_; }
   const std::array<double, 3>& pitch_mm() const { return pitch_mm_; }
   const std::string& mesh_id() const { return mesh_id_; }
+  bool has_several_parts() const { return has_several_parts_; }
   /// Whether the layers are a region of the grid, not all of it.
   bool is_region() const { return is_region_; }
   /// Whether the pictures have the highest x, or y, first.
@@ -75,6 +76,7 @@ class LayerStack {
   std::array<double, 3> origin_mm_{}, pitch_mm_{};
   bool is_region_ = false, columns_descend_ = false, rows_descend_ = false;
   std::string mesh_id_;
+  bool has_several_parts_ = false;  // Or copies of one.
   std::vector<double> placement_;
   std::vector<StackPlane> planes_;
   std::vector<StackMaterial> materials_;

@@ -188,7 +188,7 @@ std::string manifest(const client::SliceOutcome& outcome, const v1::SliceJob& sl
     json.key("share");
     add_json(*job.share, json);
   }
-  json.member("mesh_id", outcome.header.mesh_ids(0)).member("engine_version", outcome.header.engine_version());
+  json.member("mesh_id", sliced.parts(0).mesh_id()).member("engine_version", outcome.header.engine_version());
   json.key("grid");
   add_json(outcome.header.grid(), json);
   json.key("region");

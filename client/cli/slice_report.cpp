@@ -48,7 +48,7 @@ void report_sliced(const Session& session, const std::string& output, const Plan
   const client::SliceOutcome& outcome = result.outcome;
   if (session.options().json) {
     JsonWriter json;
-    json.begin_object().member("output", output).member("mesh_id", outcome.header.mesh_ids(0));
+    json.begin_object().member("output", output).member("mesh_id", job.request.job().parts(0).mesh_id());
     add_share(job, json);
     json.member("engine_version", outcome.header.engine_version()).member("layers", outcome.layers);
     json.member("empty_layers", outcome.empty_layers).member("voxel_count", outcome.voxel_count);

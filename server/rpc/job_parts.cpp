@@ -156,6 +156,13 @@ google::protobuf::RepeatedPtrField<v1::PlaneSpec> planes_of_all(
 void require_region_numbers(const PlacedParts& parts) {
   const std::size_t count = cell_region_names(parts).size();
   const SliceJob& job = parts.front().job;
+  constexpr std::size_t kMost = 255;
+  if (count > kMost && (job.contours_by_region || shows_cell_regions(job))) {
+    throw Error(ErrorCode::kTooManyParts,
+                "parts: their meshes have cell regions of " + std::to_string(count) + " names, more than " +
+                    std::to_string(kMost) + "; slice some of them in a job of their own",
+                "parts");
+  }
   for (std::size_t i = 0; i < job.planes.size(); ++i) {
     if (job.planes[i].content != PlaneContent::kCellRegions) continue;
     const auto obstacle = index_encoding_obstacle(job.planes[i].sample_type, job.planes[i].encoding, count);
@@ -229,6 +236,24 @@ void require_known_overlaps(const v1::SliceJob& message) {
               "overlaps");
 }
 
+/// What all copies of a part take, about: each has planes and maps of its own.
+std::uint64_t copied_bytes_of(const v1::SliceJob& message, int part) {
+  constexpr std::uint64_t kCopy = 4 << 10;
+  const std::uint64_t maps = message.printing().ByteSizeLong() + message.parts(part).map().ByteSizeLong();
+  std::uint64_t bytes = kCopy + 2 * maps;
+  for (const v1::CellRegionMap& own : message.parts(part).cell_region_maps()) bytes += 2 * own.ByteSizeLong();
+  return bytes * static_cast<std::uint64_t>(placements_of(message.parts(part)));
+}
+
+void require_copied_bytes(std::uint64_t bytes) {
+  constexpr std::uint64_t kMost = 64 << 20;
+  if (bytes <= kMost) return;
+  throw Error(ErrorCode::kTooManyParts,
+              "parts: their material maps, once for each copy, take more than 64 MiB; give fewer copies or shorter "
+              "maps",
+              "parts");
+}
+
 /// Boxes of placed parts. Those of copies that differ by where they lie are moved: finding one takes time.
 class PlacedBoxes {
  public:
@@ -278,31 +303,34 @@ PlacedParts to_unchecked_parts(const v1::SliceJob& message, std::span<const std:
   if (message.has_region()) region = to_region(message.region(), grid);
   const auto planes = planes_of_all(message, solids);
   std::size_t made = 0;
+  std::uint64_t copied_bytes = 0;
   for (int p = 0; p < message.parts_size(); ++p) {
     const LimitSolid& solid = *solids[static_cast<std::size_t>(p)];
-    const SliceJob job = [&] {
+    SliceJob job = [&] {
       try {
         return renaming({}, naming(message, p), [&] { return job_of_part(message, p, solid, planes); });
       } catch (const Error& error) {
         if (error.code() != ErrorCode::kChannelUnknown || message.parts_size() == 1) throw;
-        for (const v1::PlaneSpec& plane : planes) {
-          const std::string others = others_with(message, solids, plane.channel().name());
-          if (plane.has_channel() && !others.empty() &&
-              std::ranges::find(solid.summary().channels, plane.channel().name(), &ChannelRange::name) ==
-                  solid.summary().channels.end()) {
-            throw Error(error.code(), error.what() + others, error.field(), error.ids());
-          }
+        for (int i = 0; i < planes.size(); ++i) {
+          if (!planes[i].has_channel() || !error.field().starts_with("planes[" + std::to_string(i) + "].")) continue;
+          const std::string others = others_with(message, solids, planes[i].channel().name());
+          throw Error(error.code(), error.what() + others, error.field(), error.ids());
         }
         throw;
       }
     }();
+    job.placement = parts[made].job.placement;
+    job.grid = grid;
+    job.region = region;
+    cancel.throw_if_cancelled();
+    renaming({}, naming(message, p), [&] { validate_job(solid, job, limits); });
+    copied_bytes += copied_bytes_of(message, p);
+    require_copied_bytes(copied_bytes);
     for (int k = 0; k < placements_of(message.parts(p)); ++k) {
       SliceJob& placed = parts[made++].job;
       const Placement placement = placed.placement;
       placed = job;
       placed.placement = placement;
-      placed.grid = grid;
-      placed.region = region;
     }
   }
   if (parts.size() > 1) share_ranges(parts);
@@ -349,11 +377,6 @@ PlacedParts to_placed_parts(const v1::SliceJob& message, const std::string& path
                             const CancellationToken& cancel) {
   return at_job(path, [&] {
     PlacedParts parts = to_unchecked_parts(message, solids, limits, cancel);
-    const std::vector<PartPlace> places = part_places(message);
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      cancel.throw_if_cancelled();
-      renaming({}, naming(message, places[i].part), [&] { validate_job(*parts[i].solid, parts[i].job, limits); });
-    }
     if (parts.size() > 1) require_region_numbers(parts);
     return parts;
   });

@@ -41,8 +41,8 @@ PlacedParts to_placed_parts(const v1::SliceJob& message, const std::string& path
                             std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
                             const CancellationToken& cancel);
 
-/// What is printed, with defaults filled in, but for the maps of parts of their own. REQUIRES: to_placed_parts() made `parts`
-/// of the message; it has printing.
+/// What is printed, with defaults filled in, but for what parts have of their own. REQUIRES: to_placed_parts() made
+/// `parts` of the message; it has printing.
 v1::Printing printing_with_defaults(const v1::SliceJob& message, const PlacedParts& parts);
 
 }  // namespace ccslice::server

@@ -15,7 +15,17 @@
 namespace ccslice::server {
 namespace {
 
-constexpr std::size_t kRounds = 3;  // Meshes of a call are loaded so often before it is given up.
+constexpr int kRounds = 3;  // Meshes of a call are loaded so often before it is given up.
+
+bool is_cache_full(const std::exception_ptr& error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const ServiceError& failure) {
+    return failure.code() == ServiceErrorCode::kCacheFull;
+  } catch (...) {
+    return false;
+  }
+}
 
 /// `mesh_ids`: at least one.
 ServiceError missing_meshes(const std::vector<std::string>& mesh_ids) {
@@ -103,7 +113,11 @@ void MeshLoad::end(const MeshPtr& mesh, const std::exception_ptr& error) {
 }
 
 MeshSetLoad::MeshSetLoad(ServiceState& state, std::vector<std::string> mesh_ids, std::string client, Done done)
-    : state_(state), mesh_ids_(std::move(mesh_ids)), client_(std::move(client)), done_(std::move(done)) {}
+    : state_(state),
+      mesh_ids_(std::move(mesh_ids)),
+      client_(std::move(client)),
+      done_(std::move(done)),
+      held_(mesh_ids_.size()) {}
 
 /// Of several, what the store lacks too is told before any is loaded. A store that doesn't answer lacks all.
 void MeshSetLoad::begin() {
@@ -119,34 +133,32 @@ void MeshSetLoad::begin() {
   });
 }
 
-/// One after the other. Each may push another one out of the cache, which is loaded again then.
+/// One after the other.
 void MeshSetLoad::load_missing() {
-  try {
-    const std::vector<std::string> missing = missing_of(state_, mesh_ids_);
-    if (missing.empty()) {
-      if (const std::vector<MeshPtr> meshes = find_meshes(state_, mesh_ids_); !meshes.empty())
-        return end(meshes, nullptr);
+  std::vector<MeshPtr> all;
+  std::string missing;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!done_) return;  // The server may be gone, too.
+    for (std::size_t i = 0; i < held_.size(); ++i) {
+      if (!held_[i]) held_[i] = state_.cache.find(mesh_ids_[i]);
+      if (!held_[i] && missing.empty()) missing = mesh_ids_[i];
     }
-    if (++loads_ > kRounds * mesh_ids_.size()) {
-      throw ServiceError(ServiceErrorCode::kCacheFull,
-                         "the cache has no room for all " + std::to_string(mesh_ids_.size()) +
-                             " meshes of the job together: try again later, or elsewhere");
-    }
-    load(missing.empty() ? mesh_ids_.front() : missing.front());
-  } catch (...) {
-    end({}, std::current_exception());
+    if (missing.empty()) all = held_;
   }
+  if (!missing.empty()) return load(missing);
+  for (const std::string& id : mesh_ids_) state_.store->mark_used(id);
+  end(all, nullptr);
 }
 
 void MeshSetLoad::load(const std::string& mesh_id) {
-  const auto load =
-      std::make_shared<MeshLoad>([self = shared_from_this()](const MeshPtr& mesh, const std::exception_ptr& error) {
-        if (error) return self->end({}, error);
-        if (self->mesh_ids_.size() == 1) return self->end({mesh}, nullptr);
-        self->load_missing();
+  const auto load = std::make_shared<MeshLoad>(
+      [self = shared_from_this(), mesh_id](const MeshPtr& mesh, const std::exception_ptr& error) {
+        error ? self->failed(error) : self->loaded(mesh_id, mesh);
       });
   {
     const std::lock_guard lock(mutex_);
+    if (!done_) return;
     load_ = load;
   }
   load->begin(state_, mesh_id, client_);
@@ -155,6 +167,32 @@ void MeshSetLoad::load(const std::string& mesh_id) {
     return cancelled_;
   }();
   if (cancelled) load->cancel();
+}
+
+void MeshSetLoad::loaded(const std::string& mesh_id, const MeshPtr& mesh) {
+  {
+    const std::lock_guard lock(mutex_);
+    for (std::size_t i = 0; i < held_.size(); ++i) {
+      if (mesh_ids_[i] == mesh_id) held_[i] = mesh;
+    }
+  }
+  load_missing();
+}
+
+/// Where the cache is full of meshes in use, those that are held may be what keeps another call from its own.
+void MeshSetLoad::failed(const std::exception_ptr& error) {
+  std::vector<MeshPtr> let_go;  // Without the lock.
+  {
+    const std::lock_guard lock(mutex_);
+    const bool holds = std::ranges::any_of(held_, [](const MeshPtr& mesh) { return mesh != nullptr; });
+    if (holds && is_cache_full(error) && ++rounds_ < kRounds) {
+      let_go.resize(held_.size());
+      let_go.swap(held_);
+    }
+  }
+  if (let_go.empty()) return end({}, error);
+  let_go.clear();
+  load_missing();
 }
 
 void MeshSetLoad::cancel() {
@@ -170,9 +208,12 @@ void MeshSetLoad::cancel() {
 
 void MeshSetLoad::end(const std::vector<MeshPtr>& meshes, const std::exception_ptr& error) {
   Done done;
+  std::vector<MeshPtr> let_go;
   {
     const std::lock_guard lock(mutex_);
     done.swap(done_);
+    let_go.swap(held_);
+    held_.resize(let_go.size());
   }
   if (done) done(meshes, error);
 }

@@ -3,8 +3,8 @@
 //
 // The meshes that a call names: from the cache, or from the store that replicas share, by way of the cache.
 //
-// Those of a call are held all or none. While one of them comes from the store none is held, so calls whose meshes
-// don't fit into the cache together never wait for each other.
+// Those of a call are held all or none: where the cache is full of meshes in use, a call lets go of those that it has
+// already, so calls whose meshes don't fit into it together don't keep each other from theirs for long.
 
 #pragma once
 
@@ -58,15 +58,18 @@ class MeshSetLoad : public std::enable_shared_from_this<MeshSetLoad> {
  private:
   void load_missing();
   void load(const std::string& mesh_id);
+  void loaded(const std::string& mesh_id, const MeshPtr& mesh);
+  void failed(const std::exception_ptr& error);
   void end(const std::vector<MeshPtr>& meshes, const std::exception_ptr& error);
 
   ServiceState& state_;
   const std::vector<std::string> mesh_ids_;
   const std::string client_;
-  std::size_t loads_ = 0;  // Touched by one load at a time.
-  std::mutex mutex_;       // Guards what follows.
+  std::mutex mutex_;  // Guards what follows.
   bool cancelled_ = false;
-  Done done_;  // Until it runs.
+  Done done_;                  // Until it runs.
+  std::vector<MeshPtr> held_;  // By number of the id; null: not yet.
+  int rounds_ = 0;             // Times that they were let go.
   std::shared_ptr<MeshLoad> load_;
 };
 

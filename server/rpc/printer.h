@@ -19,8 +19,8 @@ PrinterProfile to_printer(const v1::PrinterProfile& message);
 
 v1::PrinterProfile to_message(const PrinterProfile& value);
 
-/// The grid of a job or of a halftone, with the printer's pitch unless it has one of its own. `part_box`: of all that is
-/// placed. Throws as to_printer(), and what plan_grid() and to_grid_request() throw.
+/// The grid of a job or of a halftone, with the printer's pitch unless it has one of its own. `part_box`: of all that
+/// is placed. Throws as to_printer(), and what plan_grid() and to_grid_request() throw.
 template <typename Message>
 Grid to_grid(const Message& message, const Box3& part_box, const SliceLimits& limits) {
   v1::GridSpec grid = message.grid();

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <set>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -277,52 +277,68 @@ void warn_of_part(const PlacedPart& part, const SmallestFeature& smallest, const
   warn_of_fractions_below_one(*job.printing, solid, plan);
 }
 
-/// Looks at layers where boxes of parts meet, at a few of them: voxels in several parts are warned of, or refused.
+/// The voxels of one layer of a region, in the middle of a box.
+std::optional<VoxelRegion> layer_within(const Box3& box_mm, const Grid& grid, const VoxelRegion& region) {
+  const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);
+  const Vec3 low = (box_mm.min() - grid.origin_mm).cwiseQuotient(pitch).array().floor();
+  const Vec3 high = (box_mm.max() - grid.origin_mm).cwiseQuotient(pitch).array().ceil();
+  const auto within = [](double at, std::uint32_t first, std::uint32_t count) {
+    return static_cast<std::uint32_t>(std::clamp<double>(at, first, static_cast<double>(first) + count));
+  };
+  const GridExtent& extent = region.extent;
+  const std::uint32_t column = within(low.x(), region.first_column, extent.columns);
+  const std::uint32_t row = within(low.y(), region.first_row, extent.rows);
+  const double middle = std::floor(0.5 * (low.z() + high.z()));
+  if (middle < region.first_layer || middle >= region.end_layer()) return std::nullopt;
+  const std::uint32_t columns = within(high.x(), region.first_column, extent.columns) - column;
+  const std::uint32_t rows = within(high.y(), region.first_row, extent.rows) - row;
+  if (columns == 0 || rows == 0) return std::nullopt;
+  return VoxelRegion{column, row, static_cast<std::uint32_t>(middle), {columns, rows, 1}};
+}
+
+/// Looks at pairs of parts whose boxes meet, at a few of them and in one layer: voxels in both are warned of, or
+/// refused.
 void look_for_overlaps(const PlacedParts& parts, const CancellationToken& cancel, v1::PlanSlicesResponse& plan) {
   constexpr std::size_t kMostPairs = 8, kMostFaces = 1 << 18;
   const SliceJob& job = parts.front().job;
-  const VoxelRegion region = region_of(job);
   const Vec3 pitch(job.grid.pitch.x_mm, job.grid.pitch.y_mm, job.grid.pitch.z_mm);
   std::vector<Box3> boxes;
   for (const PlacedPart& part : parts) {
     boxes.push_back(part.solid->summary().bounding_box.transformed(part.job.placement));
   }
-  std::set<std::size_t> meeting;
-  std::set<std::uint32_t> layers;
-  std::size_t faces = 0;
-  for (std::size_t a = 0; a < parts.size() && layers.size() < kMostPairs; ++a) {
+  std::size_t pairs = 0, faces = 0;
+  for (std::size_t a = 0; a < parts.size(); ++a) {
     cancel.throw_if_cancelled();
-    for (std::size_t b = 0; b < a && layers.size() < kMostPairs; ++b) {
+    for (std::size_t b = 0; b < a && pairs < kMostPairs; ++b) {
       const Box3 common = boxes[a].intersection(boxes[b]);
       if (common.isEmpty() || (common.sizes().array() < pitch.array()).any()) continue;
-      const double layer = std::floor((common.center().z() - job.grid.origin_mm.z()) / pitch.z());
-      if (layer < region.first_layer || layer >= region.end_layer()) continue;
-      faces += parts[a].solid->summary().boundary_faces + parts[b].solid->summary().boundary_faces;
-      if (faces > kMostFaces) break;
-      layers.insert(static_cast<std::uint32_t>(layer));
-      meeting.insert({a, b});
+      const std::size_t of_pair = parts[a].solid->summary().boundary_faces + parts[b].solid->summary().boundary_faces;
+      const std::optional<VoxelRegion> look = layer_within(common, job.grid, region_of(job));
+      if (!look || faces + of_pair > kMostFaces) continue;
+      faces += of_pair;
+      ++pairs;
+      PlacedParts two = {parts[b], parts[a]};
+      for (PlacedPart& part : two) {
+        part.is_copy = false;
+        part.job.planes.clear();
+        part.job.printing.reset();
+        part.job.region = look;
+        part.job.contours = part.job.contours_by_region = false;
+        part.job.refuses_overlaps = true;
+      }
+      try {
+        (void)LayerSlicer(std::move(two), cancel).slice(look->first_layer, cancel);
+      } catch (const Error& error) {
+        if (error.code() != ErrorCode::kPartsOverlap || job.refuses_overlaps) throw;
+        const std::string_view what = error.what();
+        const std::size_t begin = what.find(' ') + 1;
+        add_warning(plan, v1::PLAN_WARNING_KIND_PARTS_OVERLAP,
+                    std::string(what.substr(begin, what.rfind(';') - begin)) +
+                        ": they are of the part with the higher priority, or else of the first one. Move the parts "
+                        "apart, or say by priorities which one is to have them");
+        return;
+      }
     }
-  }
-  if (layers.empty()) return;
-  PlacedParts looked_at;
-  for (const std::size_t p : meeting) {
-    PlacedPart& part = looked_at.emplace_back(parts[p]);
-    part.is_copy = false;
-    part.job.planes = {PlaneSpec{}};
-    part.job.printing.reset();
-    part.job.contours = part.job.contours_by_region = false;
-    part.job.refuses_overlaps = true;
-  }
-  LayerSlicer slicer(std::move(looked_at), cancel);
-  try {
-    for (const std::uint32_t layer : layers) (void)slicer.slice(layer, cancel);
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::kPartsOverlap || job.refuses_overlaps) throw;
-    const std::string_view what = error.what();
-    add_warning(plan, v1::PLAN_WARNING_KIND_PARTS_OVERLAP,
-                std::string(what.substr(what.find(' ') + 1, what.find(';') - what.find(' ') - 1)) +
-                    ": they are of the part with the higher priority, or else of the first one. Move the parts apart, "
-                    "or say by priorities which one is to have them");
   }
 }
 

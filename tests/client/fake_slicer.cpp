@@ -250,7 +250,7 @@ grpc::Status FakeSlicer::SliceRange(grpc::ServerContext* context, const v1::Slic
   v1::SliceRangeResponse message;
   v1::SliceHeader& header = *message.mutable_header();
   header.set_engine_version(engine_version);
-  header.set_mesh_id(mesh_id_of(request->job()));
+  header.add_mesh_ids(mesh_id_of(request->job()));
   *header.mutable_grid() = grid_of(request->job().grid());
   header.set_first_layer(request->first_layer());
   header.set_layer_count(request->layer_count());

@@ -20,6 +20,7 @@
 #include "client/cli/output_file.h"
 #include "client/cli/text_values.h"
 #include "client/cli/zip_file.h"
+#include "client/job.h"
 #include "core/base/error.h"
 #include "tests/client/process.h"
 
@@ -88,7 +89,7 @@ TEST(LayerFolder, NamesFilesByLayerAndPlane) {
   const auto planes = parse_planes({.occupancy = true, .channels = {"a b:f32", "a_b", "../evil"}}, false);
   LayerFolder layers(folder.path() / "out", {planes, {ContourFormat::kCsv}, 123'456}, Existing::kRefuse, {"job", 50});
   layers.write(layer_of(42, planes));
-  layers.finish({}, {}, {});
+  layers.finish({}, client::job_of("id", {}), {});
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder.path() / "out")) names.push_back(entry.path().filename());
   EXPECT_THAT(names, testing::UnorderedElementsAre("layer_000042_occupancy.png", "layer_000042_a_b.zst",
@@ -200,8 +201,8 @@ TEST(LayerFolder, ManifestsOfInterruptedJobsAreTheSame) {
   LayerFolder resumed(parts.path(), {planes, {ContourFormat::kJson}, 3}, Existing::kResume, {"job", 3});
   for (std::uint32_t i = 0; i < 3; ++i) at_once.write(layer_of(i, planes));
   for (std::uint32_t i = 1; i < 3; ++i) resumed.write(layer_of(i, planes));
-  at_once.finish({}, {}, {});
-  resumed.finish({}, {}, {});
+  at_once.finish({}, client::job_of("id", {}), {});
+  resumed.finish({}, client::job_of("id", {}), {});
   EXPECT_EQ(read_whole(whole.path() / "manifest.json"), read_whole(parts.path() / "manifest.json"));
   EXPECT_FALSE(fs::exists(parts.path() / "journal.jsonl"));
 }

@@ -32,8 +32,6 @@ TEST(AtJob, PutsThePathOfTheJobBeforeFieldAndMessage) {
 
 TEST(AtJob, NamesFieldsAsTheContractDoes) {
   const auto field_of = [](const std::string& field) { return moved(kLayerJobPath, field, field + ": no").field(); };
-  EXPECT_EQ(field_of("placement"), "plane.layer.job.parts[0].placements[0]");
-  EXPECT_EQ(field_of("placement.matrix[3]"), "plane.layer.job.parts[0].placements[0].matrix[3]");
   EXPECT_EQ(field_of("contour_tolerance_mm"), "plane.layer.job.tolerances.contour_mm");
   EXPECT_EQ(field_of("material_tolerance"), "plane.layer.job.tolerances.channel");
   EXPECT_EQ(field_of("contours_by_region"), "plane.layer.job.contours.by_cell_region");
