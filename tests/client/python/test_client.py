@@ -275,16 +275,19 @@ class Values(unittest.TestCase):
         self.assertEqual(numbers.max(), 12)
 
     def test_several_parts(self):
-        right = np.array([[1, 0, 0, 15], [0, 1, 0, 0], [0, 0, 1, 0]])
-        parts = [ccslice.Part(self.mesh), ccslice.Part(self.mesh, placements=[right, right + [0, 0, 0, 8]])]
+        def moved(x):
+            return np.array([[1, 0, 0, x], [0, 1, 0, 0], [0, 0, 1, 0]])
+
+        right = moved(15)
+        parts = [ccslice.Part(self.mesh), ccslice.Part(self.mesh, placements=[right, moved(23)])]
         layer = next(self.client.slice(parts, 1, channels=["g"], occupancy=True))
         self.assertEqual(layer.occupancy.shape[1], 33)
         self.assertEqual(layer.occupancy[0].tolist(), [True] * 10 + [False] * 5 + [True] * 18)
         np.testing.assert_allclose(layer.channels["g"][0, 15:25], layer.channels["g"][0, :10], atol=2e-5)
-        first = [ccslice.Part(self.mesh), ccslice.Part(self.mesh, placements=[right - [0, 0, 0, 10]], priority=1)]
+        first = [ccslice.Part(self.mesh), ccslice.Part(self.mesh, placements=[moved(5)], priority=1)]
         layer = next(self.client.slice(first, 1, channels=["g"]))
         np.testing.assert_allclose(layer.channels["g"][0, 8], 0.35, atol=2e-5)
-        printing = ccslice.Printing({"white": "#ffffff", "black": "#000000"}, "white")
+        printing = ccslice.Printing({"white": "#ffffff", "black": "#101010"}, "white")
         layer = next(self.client.slice([ccslice.Part(self.mesh), ccslice.Part(self.mesh, [right], map="black")], 1,
                                        printing=printing))
         self.assertEqual(layer.materials[0].tolist(), [1] * 10 + [0] * 5 + [2] * 10)
