@@ -84,7 +84,7 @@ void set_content(const PreviewOptions& options, v1::PreviewRequest& request) {
   content.mutable_channel()->mutable_range()->set_max(range[1]);
 }
 
-/// Where it isn't a layer that is shown, all but the plane.
+/// The request; that of a free plane lacks the plane.
 v1::PreviewRequest request_of(const PreviewOptions& options, const std::string& mesh_id) {
   v1::PreviewRequest request;
   set_content(options, request);

@@ -165,7 +165,7 @@ v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {
   return job;
 }
 
-/// What the files of a job's parts call their vertices and cells, by part.
+/// By part: what its file calls vertices and cells.
 using PartNumbers = std::vector<std::optional<FileNumbers>>;
 
 /// Puts the options' meshes on the server. How near a fit has to come to its vertices follows from the voxels.

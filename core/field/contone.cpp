@@ -182,8 +182,7 @@ void ContonePlane::copy_run(const ContonePlane& from, std::size_t from_index, st
 }
 
 void ContonePlane::copy(std::size_t from_index, std::size_t to_index) noexcept {
-  const std::size_t size = bytes_per_sample(type_);
-  std::memcpy(&samples_[size * to_index], &samples_[size * from_index], size);
+  copy_run(*this, from_index, to_index, 1);
 }
 
 }  // namespace ccslice

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t kVoxelsAParticle = 48;  // Fewer are inverted as quickly as it is sampled and bounded.
 constexpr std::size_t kFewest = 4;              // Boxes of few voxels may have so many.
-// As a share of a particle's size: how far it may reach beyond the box of its samples.
+// A particle may reach so far beyond the box of its samples, as a share of its size.
 constexpr double kMargin = 0.06;
 // As a share of the box's size: particles that stick out farther are halved. What lies in several cells is that smooth
 // that it may stick out farther.

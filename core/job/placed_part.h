@@ -26,8 +26,8 @@ struct PlacedPart {
   bool is_copy = false;  // All but its placement is that of the part before it.
 };
 
-/// `b` lies as `a` does, but for where.
-inline bool differ_by_translation(const Placement& a, const Placement& b) { return a.linear() == b.linear(); }
+/// The placements are equal, but for where they move to.
+inline bool lie_alike(const Placement& a, const Placement& b) { return a.linear() == b.linear(); }
 
 inline constexpr std::size_t kMaxPlacedParts = 4096;
 
@@ -37,7 +37,7 @@ inline constexpr std::size_t kMaxPlacedParts = 4096;
 /// cell_region_names().
 using PlacedParts = std::vector<PlacedPart>;
 
-/// Of all parts, each once, in the order in which parts come. Layers number cell regions so.
+/// The names of all parts' cell regions, each once, in the order in which parts come. Layers number cell regions so.
 std::vector<std::string> cell_region_names(const PlacedParts& parts);
 
 }  // namespace ccslice

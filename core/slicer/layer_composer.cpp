@@ -145,7 +145,7 @@ void LayerComposer::note_covered(std::uint32_t part, const OwnedRun& run) {
               "overlaps");
 }
 
-/// What of the regions' runs lies in the part's own voxels.
+/// Adds the regions' runs, as far as they lie in the part's own voxels.
 void LayerComposer::add_regions(std::uint32_t part, std::span<const RegionRun> regions,
                                 std::span<const VoxelRun> owned) {
   auto run = owned.begin();

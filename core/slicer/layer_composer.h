@@ -67,7 +67,7 @@ class LayerComposer {
   Layer finish(const CancellationToken& cancel);
 
  private:
-  /// What a layer's planes are made of.
+  /// The samples that a layer's planes are made of.
   struct Samples {
     LayerWindow window;  // Of the channels and the materials.
     std::span<const VoxelRun> inside;

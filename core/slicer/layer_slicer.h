@@ -25,7 +25,7 @@ class LayerSlicer {
   /// `tiles_fit`: SlicerMemory::tiles_fit of the parts, or nothing. REQUIRES: PlacedParts. Throws Error{kCancelled}.
   explicit LayerSlicer(PlacedParts parts, const CancellationToken& cancel = {},
                        std::span<const std::optional<bool>> tiles_fit = {});
-  /// Of a job of one part. REQUIRES: validate_job(*solid, job) passes.
+  /// The same, for a job of one part. REQUIRES: validate_job(*solid, job) passes.
   LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job, const CancellationToken& cancel = {},
               std::span<const std::optional<bool>> tiles_fit = {});
   ~LayerSlicer();

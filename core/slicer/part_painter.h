@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // One part in the layers of a job, as if it were alone: contours -> occupancy -> channels -> halftone [Luu19, Fig. 1].
-// What it paints depends on the part, its job and the layer's absolute index only. Of a region, rows far from it are
-// left out of the work.
+// The samples depend on the part, its job and the layer's absolute index only. Rows far from a region are left out of
+// the work.
 
 #pragma once
 

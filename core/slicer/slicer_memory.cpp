@@ -308,7 +308,7 @@ SlicerMemory slicer_memory(const PlacedParts& parts, const CancellationToken& ca
   // Copies that differ by where they lie take about the same: that of which most is in the region stands for all.
   const auto is_like = [&](std::size_t a, std::size_t b) {
     return parts[a].solid == parts[b].solid && parts[b].is_copy &&
-           differ_by_translation(parts[a].job.placement, parts[b].job.placement);
+           lie_alike(parts[a].job.placement, parts[b].job.placement);
   };
   SlicerMemory memory;
   for (std::size_t first = 0, end = 0; first < parts.size(); first = end) {

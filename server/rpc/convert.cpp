@@ -121,18 +121,6 @@ v1::GridExtent extent_message(const GridExtent& value) {
   return message;
 }
 
-v1::SampleType sample_type_message(SampleType type) {
-  switch (type) {
-    case SampleType::kBit: return v1::SAMPLE_TYPE_BIT;
-    case SampleType::kUint8: return v1::SAMPLE_TYPE_UINT8;
-    case SampleType::kUint16: return v1::SAMPLE_TYPE_UINT16;
-    case SampleType::kFloat32: return v1::SAMPLE_TYPE_FLOAT32;
-    case SampleType::kUint2: return v1::SAMPLE_TYPE_UINT2;
-    case SampleType::kUint4: return v1::SAMPLE_TYPE_UINT4;
-  }
-  return v1::SAMPLE_TYPE_UNSPECIFIED;
-}
-
 }  // namespace
 
 Vec3 to_vec3(const v1::Vector3& message) { return {message.x(), message.y(), message.z()}; }
@@ -218,6 +206,18 @@ std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::Pl
   return planes;
 }
 
+v1::SampleType to_message(SampleType type) {
+  switch (type) {
+    case SampleType::kBit: return v1::SAMPLE_TYPE_BIT;
+    case SampleType::kUint8: return v1::SAMPLE_TYPE_UINT8;
+    case SampleType::kUint16: return v1::SAMPLE_TYPE_UINT16;
+    case SampleType::kFloat32: return v1::SAMPLE_TYPE_FLOAT32;
+    case SampleType::kUint2: return v1::SAMPLE_TYPE_UINT2;
+    case SampleType::kUint4: return v1::SAMPLE_TYPE_UINT4;
+  }
+  return v1::SAMPLE_TYPE_UNSPECIFIED;
+}
+
 v1::Vector3 to_message(const Vec3& value) {
   v1::Vector3 message;
   message.set_x(value.x());
@@ -255,7 +255,7 @@ v1::VoxelBox to_message(const VoxelRegion& value) {
 
 v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, const std::optional<Printing>& printing) {
   v1::PlaneSpec message;
-  message.set_sample_type(sample_type_message(value.sample_type));
+  message.set_sample_type(to_message(value.sample_type));
   message.set_encoding(to_message(*find_encoding(value.encoding)));
   switch (value.content) {
     case PlaneContent::kOccupancy: message.mutable_occupancy(); return message;

@@ -42,6 +42,7 @@ std::uint32_t to_channel(const std::string& name, const SolidSummary& solid, con
 std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& messages,
                                  const SolidSummary& solid, const std::optional<Printing>& printing);
 
+v1::SampleType to_message(SampleType type);
 v1::Vector3 to_message(const Vec3& value);
 v1::Box3 to_message(const Box3& value);
 v1::Grid to_message(const Grid& value);

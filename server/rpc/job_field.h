@@ -34,24 +34,30 @@ inline std::string path_of_field(const std::string& job_path, const std::string&
   return job_path + "." + (row == kMoved.end() ? field : std::string(row->second) + field.substr(end));
 }
 
-/// What `body` returns. It throws errors of the job at `path`, which then name "job.planes[2]" instead of "planes[2]",
-/// as their messages do if they begin with the field.
-template <typename Body>
-auto at_job(const std::string& path, const Body& body) {
+/// What `body` returns. Errors that it throws name `field_of(field)` in place of their field, as their messages do if
+/// they begin with it, and have `behind` behind their messages.
+template <typename FieldOf, typename Body>
+auto with_fields(const FieldOf& field_of, const std::string& behind, const Body& body) {
   const auto message_of = [&](const auto& error) {
     const std::string message = error.what();
     const bool names_field = message.starts_with(error.field());
-    return names_field ? path_of_field(path, error.field()) + message.substr(error.field().size()) : message;
+    return (names_field ? field_of(error.field()) + message.substr(error.field().size()) : message) + behind;
   };
   try {
     return body();
   } catch (const Error& error) {
     if (error.field().empty()) throw;
-    throw Error(error.code(), message_of(error), path_of_field(path, error.field()), error.ids());
+    throw Error(error.code(), message_of(error), field_of(error.field()), error.ids());
   } catch (const ServiceError& error) {
     if (error.field().empty()) throw;
-    throw ServiceError(error.code(), message_of(error), path_of_field(path, error.field()), error.mesh_id());
+    throw ServiceError(error.code(), message_of(error), field_of(error.field()), error.mesh_id());
   }
+}
+
+/// The same of errors of the job at `path`, which then name "job.planes[2]" instead of "planes[2]".
+template <typename Body>
+auto at_job(const std::string& path, const Body& body) {
+  return with_fields([&](const std::string& field) { return path_of_field(path, field); }, "", body);
 }
 
 }  // namespace ccslice::server

@@ -71,32 +71,14 @@ void require_names(const v1::SliceJob& job) {
 /// The names of a field of the core's job, and where the contract has them.
 using Renamed = std::vector<std::pair<std::string, std::string>>;
 
-/// What `body` returns. Errors of fields that begin with a name get the other one, in their messages too.
+/// The same as with_fields(), of fields that begin with one of the names.
 template <typename Body>
 auto renaming(const Renamed& names, const std::string& behind, const Body& body) {
-  const auto renamed = [&](const auto& error, const auto& make) {
-    const std::string& field = error.field();
-    std::string message = error.what(), path = field;
-    for (const auto& [from, to] : names) {
-      if (!field.starts_with(from)) continue;
-      path = to + field.substr(from.size());
-      if (message.starts_with(from)) message = to + message.substr(from.size());
-      break;
-    }
-    return make(message + behind, path);
+  const auto field_of = [&](const std::string& field) {
+    const auto name = std::ranges::find_if(names, [&](const auto& each) { return field.starts_with(each.first); });
+    return name == names.end() ? field : name->second + field.substr(name->first.size());
   };
-  try {
-    return body();
-  } catch (const Error& error) {
-    if (error.code() == ErrorCode::kCancelled) throw;
-    throw renamed(error, [&](const std::string& message, const std::string& path) {
-      return Error(error.code(), message, path, error.ids());
-    });
-  } catch (const ServiceError& error) {
-    throw renamed(error, [&](const std::string& message, const std::string& path) {
-      return ServiceError(error.code(), message, path, error.mesh_id());
-    });
-  }
+  return with_fields(field_of, behind, body);
 }
 
 /// For messages.
@@ -123,30 +105,19 @@ std::string others_with(const v1::SliceJob& job, std::span<const std::shared_ptr
   return names.empty() ? "" : "; the parts that have it: " + echoed_list(names, names.size());
 }
 
-std::vector<std::string> region_names(std::span<const std::shared_ptr<const LimitSolid>> solids) {
-  PlacedParts parts;
-  for (const auto& solid : solids) parts.push_back({"", solid, {}});
-  return cell_region_names(parts);
-}
-
 /// The planes with what follows from all parts together: the channels that no name is given for, and how cell regions
 /// are stored.
-google::protobuf::RepeatedPtrField<v1::PlaneSpec> planes_of_all(
-    const v1::SliceJob& message, std::span<const std::shared_ptr<const LimitSolid>> solids) {
+google::protobuf::RepeatedPtrField<v1::PlaneSpec> planes_of_all(const v1::SliceJob& message, const PlacedParts& parts) {
+  const v1::SampleType region_type = to_message(smallest_index_type(cell_region_names(parts).size()));
   auto planes = message.planes();
   for (v1::PlaneSpec& plane : planes) {
     if (plane.has_channels() && plane.channels().names().empty()) {
-      for (const ChannelRange& channel : solids.front()->summary().channels) {
+      for (const ChannelRange& channel : parts.front().solid->summary().channels) {
         plane.mutable_channels()->add_names(channel.name);
       }
     }
     if (plane.has_cell_regions() && plane.sample_type() == v1::SAMPLE_TYPE_UNSPECIFIED) {
-      switch (smallest_index_type(region_names(solids).size())) {
-        case SampleType::kBit: plane.set_sample_type(v1::SAMPLE_TYPE_BIT); break;
-        case SampleType::kUint2: plane.set_sample_type(v1::SAMPLE_TYPE_UINT2); break;
-        case SampleType::kUint4: plane.set_sample_type(v1::SAMPLE_TYPE_UINT4); break;
-        default: plane.set_sample_type(v1::SAMPLE_TYPE_UINT8);
-      }
+      plane.set_sample_type(region_type);
     }
   }
   return planes;
@@ -211,6 +182,24 @@ SliceJob job_of_part(const v1::SliceJob& message, int part, const LimitSolid& so
   return job;
 }
 
+/// The same, with errors that say whose they are. A channel that the part lacks may be another's.
+SliceJob named_job_of_part(const v1::SliceJob& message, int part,
+                           std::span<const std::shared_ptr<const LimitSolid>> solids,
+                           const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& planes) {
+  const LimitSolid& solid = *solids[static_cast<std::size_t>(part)];
+  try {
+    return renaming({}, naming(message, part), [&] { return job_of_part(message, part, solid, planes); });
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kChannelUnknown || message.parts_size() == 1) throw;
+    for (int i = 0; i < planes.size(); ++i) {
+      if (!planes[i].has_channel() || !error.field().starts_with("planes[" + std::to_string(i) + "].")) continue;
+      const std::string others = others_with(message, solids, planes[i].channel().name());
+      throw Error(error.code(), error.what() + others, error.field(), error.ids());
+    }
+    throw;
+  }
+}
+
 /// Integer samples of several parts stand for the same values: what all of them have.
 void share_ranges(PlacedParts& parts) {
   for (std::size_t p = 0; p < parts.front().job.planes.size(); ++p) {
@@ -259,7 +248,7 @@ class PlacedBoxes {
  public:
   Box3 operator()(const PlacedPart& part, const CancellationToken& cancel) {
     const Placement& placement = part.job.placement;
-    if (part.solid != solid_ || !differ_by_translation(placement, placement_)) {
+    if (part.solid != solid_ || !lie_alike(placement, placement_)) {
       solid_ = part.solid;
       placement_ = placement;
       box_ = part.solid->placed_bounding_box(placement, cancel);
@@ -274,8 +263,8 @@ class PlacedBoxes {
   Box3 box_;
 };
 
-PlacedParts to_unchecked_parts(const v1::SliceJob& message, std::span<const std::shared_ptr<const LimitSolid>> solids,
-                               const SliceLimits& limits, const CancellationToken& cancel) {
+PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::shared_ptr<const LimitSolid>> solids,
+                            const SliceLimits& limits, const CancellationToken& cancel) {
   require_known_overlaps(message);
   PlacedParts parts;
   PlacedBoxes boxes;
@@ -301,29 +290,16 @@ PlacedParts to_unchecked_parts(const v1::SliceJob& message, std::span<const std:
   const Grid grid = to_grid(message, box, limits);
   std::optional<VoxelRegion> region;
   if (message.has_region()) region = to_region(message.region(), grid);
-  const auto planes = planes_of_all(message, solids);
+  const auto planes = planes_of_all(message, parts);
   std::size_t made = 0;
   std::uint64_t copied_bytes = 0;
   for (int p = 0; p < message.parts_size(); ++p) {
-    const LimitSolid& solid = *solids[static_cast<std::size_t>(p)];
-    SliceJob job = [&] {
-      try {
-        return renaming({}, naming(message, p), [&] { return job_of_part(message, p, solid, planes); });
-      } catch (const Error& error) {
-        if (error.code() != ErrorCode::kChannelUnknown || message.parts_size() == 1) throw;
-        for (int i = 0; i < planes.size(); ++i) {
-          if (!planes[i].has_channel() || !error.field().starts_with("planes[" + std::to_string(i) + "].")) continue;
-          const std::string others = others_with(message, solids, planes[i].channel().name());
-          throw Error(error.code(), error.what() + others, error.field(), error.ids());
-        }
-        throw;
-      }
-    }();
+    SliceJob job = named_job_of_part(message, p, solids, planes);
     job.placement = parts[made].job.placement;
     job.grid = grid;
     job.region = region;
     cancel.throw_if_cancelled();
-    renaming({}, naming(message, p), [&] { validate_job(solid, job, limits); });
+    renaming({}, naming(message, p), [&] { validate_job(*parts[made].solid, job, limits); });
     copied_bytes += copied_bytes_of(message, p);
     require_copied_bytes(copied_bytes);
     for (int k = 0; k < placements_of(message.parts(p)); ++k) {
@@ -376,7 +352,7 @@ PlacedParts to_placed_parts(const v1::SliceJob& message, const std::string& path
                             std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
                             const CancellationToken& cancel) {
   return at_job(path, [&] {
-    PlacedParts parts = to_unchecked_parts(message, solids, limits, cancel);
+    PlacedParts parts = to_parts_of_job(message, solids, limits, cancel);
     if (parts.size() > 1) require_region_numbers(parts);
     return parts;
   });

@@ -36,11 +36,12 @@ ServiceError missing_meshes(const std::vector<std::string>& mesh_ids) {
                       mesh_ids.front());
 }
 
-/// Those that the cache lacks, each once.
-std::vector<std::string> missing_of(ServiceState& state, const std::vector<std::string>& mesh_ids) {
+/// The ids of which `is_there(number)` says no, each once.
+template <typename IsThere>
+std::vector<std::string> missing_of(const std::vector<std::string>& mesh_ids, const IsThere& is_there) {
   std::vector<std::string> missing;
-  for (const std::string& id : mesh_ids) {
-    if (!state.cache.peek(id) && std::ranges::find(missing, id) == missing.end()) missing.push_back(id);
+  for (std::size_t i = 0; i < mesh_ids.size(); ++i) {
+    if (!is_there(i) && std::ranges::find(missing, mesh_ids[i]) == missing.end()) missing.push_back(mesh_ids[i]);
   }
   return missing;
 }
@@ -49,12 +50,11 @@ std::vector<std::string> missing_of(ServiceState& state, const std::vector<std::
 
 std::vector<MeshPtr> find_meshes(ServiceState& state, const std::vector<std::string>& mesh_ids) {
   std::vector<MeshPtr> meshes;
-  std::vector<std::string> missing;
   for (const std::string& id : mesh_ids) {
     require_mesh_id(id, "mesh_id");
     meshes.push_back(state.cache.find(id));
-    if (!meshes.back() && std::ranges::find(missing, id) == missing.end()) missing.push_back(id);
   }
+  const std::vector<std::string> missing = missing_of(mesh_ids, [&](std::size_t i) { return meshes[i] != nullptr; });
   if (!missing.empty() && !state.store) throw missing_meshes(missing);
   if (!missing.empty()) return {};
   if (state.store) {
@@ -121,7 +121,8 @@ MeshSetLoad::MeshSetLoad(ServiceState& state, std::vector<std::string> mesh_ids,
 
 /// Of several, what the store lacks too is told before any is loaded. A store that doesn't answer lacks all.
 void MeshSetLoad::begin() {
-  const std::vector<std::string> missing = missing_of(state_, mesh_ids_);
+  const std::vector<std::string> missing =
+      missing_of(mesh_ids_, [this](std::size_t i) { return state_.cache.peek(mesh_ids_[i]).has_value(); });
   if (missing.size() < 2) return load_missing();
   state_.store->find(missing, client_, [self = shared_from_this(), missing](const std::vector<bool>& held) {
     std::vector<std::string> nowhere;
@@ -162,11 +163,11 @@ void MeshSetLoad::load(const std::string& mesh_id) {
     load_ = load;
   }
   load->begin(state_, mesh_id, client_);
-  const bool cancelled = [&] {
+  const bool is_over = [&] {
     const std::lock_guard lock(mutex_);
-    return cancelled_;
+    return !done_;
   }();
-  if (cancelled) load->cancel();
+  if (is_over) load->cancel();  // Cancelled before there was anything to stop; or loaded, when this does nothing.
 }
 
 void MeshSetLoad::loaded(const std::string& mesh_id, const MeshPtr& mesh) {
@@ -197,25 +198,25 @@ void MeshSetLoad::failed(const std::exception_ptr& error) {
 
 void MeshSetLoad::cancel() {
   std::shared_ptr<MeshLoad> load;
-  {
-    const std::lock_guard lock(mutex_);
-    cancelled_ = true;
-    load = load_;
-  }
+  const Stopped stopped = stop(&load);
   if (load) load->cancel();
-  end({}, std::make_exception_ptr(Error(ErrorCode::kCancelled, "cancelled by the caller or by its deadline")));
+  const Error error(ErrorCode::kCancelled, "cancelled by the caller or by its deadline");
+  if (stopped.done) stopped.done({}, std::make_exception_ptr(error));
 }
 
 void MeshSetLoad::end(const std::vector<MeshPtr>& meshes, const std::exception_ptr& error) {
-  Done done;
-  std::vector<MeshPtr> let_go;
-  {
-    const std::lock_guard lock(mutex_);
-    done.swap(done_);
-    let_go.swap(held_);
-    held_.resize(let_go.size());
-  }
-  if (done) done(meshes, error);
+  const Stopped stopped = stop();
+  if (stopped.done) stopped.done(meshes, error);
+}
+
+MeshSetLoad::Stopped MeshSetLoad::stop(std::shared_ptr<MeshLoad>* under_way) {
+  Stopped stopped;
+  const std::lock_guard lock(mutex_);
+  stopped.done.swap(done_);
+  stopped.held.resize(held_.size());
+  stopped.held.swap(held_);
+  if (under_way != nullptr) *under_way = load_;
+  return stopped;
 }
 
 }  // namespace ccslice::server

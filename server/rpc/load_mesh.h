@@ -62,11 +62,17 @@ class MeshSetLoad : public std::enable_shared_from_this<MeshSetLoad> {
   void failed(const std::exception_ptr& error);
   void end(const std::vector<MeshPtr>& meshes, const std::exception_ptr& error);
 
+  /// What was there until it was over, to be used and freed without the lock.
+  struct Stopped {
+    Done done;
+    std::vector<MeshPtr> held;
+  };
+  Stopped stop(std::shared_ptr<MeshLoad>* under_way = nullptr);
+
   ServiceState& state_;
   const std::vector<std::string> mesh_ids_;
   const std::string client_;
-  std::mutex mutex_;  // Guards what follows.
-  bool cancelled_ = false;
+  std::mutex mutex_;           // Guards what follows.
   Done done_;                  // Until it runs.
   std::vector<MeshPtr> held_;  // By number of the id; null: not yet.
   int rounds_ = 0;             // Times that they were let go.

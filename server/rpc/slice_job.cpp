@@ -264,13 +264,13 @@ void warn_of_thin_features(const SliceJob& job, const LimitSolid& solid, const S
 }
 
 /// Of one part in one place, apart from its grid.
-void warn_of_part(const PlacedPart& part, const SmallestFeature& smallest, const CancellationToken& cancel,
-                  v1::PlanSlicesResponse& plan) {
+void warn_of_part(const PlacedPart& part, const Deviation& deviation, const SmallestFeature& smallest,
+                  const CancellationToken& cancel, v1::PlanSlicesResponse& plan) {
   const LimitSolid& solid = *part.solid;
   const SliceJob& job = part.job;
   warn_of_solid(job, solid.summary(), plan);
   warn_of_inverted_cells(job, solid, plan);
-  warn_of_deviation(job, solid, placed_deviation(solid, job.placement), plan);
+  warn_of_deviation(job, solid, deviation, plan);
   warn_of_thin_features(job, solid, smallest, cancel, plan);
   if (!job.printing) return;
   warn_of_values_off_maps(*job.printing, solid, plan);
@@ -342,14 +342,16 @@ void look_for_overlaps(const PlacedParts& parts, const CancellationToken& cancel
   }
 }
 
-/// The first place of each part stands for all of them.
-void warn_of_parts(const v1::SliceJob& message, const PlacedParts& parts, const SmallestFeature& smallest,
-                   const CancellationToken& cancel, v1::PlanSlicesResponse& plan) {
+/// What the plan says of the parts. The first place of each stands for all of them.
+void describe_parts(const v1::SliceJob& message, const PlacedParts& parts, const SmallestFeature& smallest,
+                    const CancellationToken& cancel, v1::PlanSlicesResponse& plan) {
   const std::vector<PartPlace> places = part_places(message);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (places[i].placement > 0) continue;
     const int first = plan.warnings_size();
-    warn_of_part(parts[i], smallest, cancel, plan);
+    const Deviation deviation = placed_deviation(*parts[i].solid, parts[i].job.placement);
+    if (parts.size() == 1) *plan.mutable_deviation() = to_message(deviation);
+    warn_of_part(parts[i], deviation, smallest, cancel, plan);
     if (message.parts_size() == 1) continue;
     for (int w = first; w < plan.warnings_size(); ++w) {
       v1::PlanWarning& warning = *plan.mutable_warnings(w);
@@ -384,10 +386,7 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request,
     estimate += typical_compression(plane) * static_cast<double>(plane_bytes(job, plane));
   }
   plan.set_estimated_bytes(static_cast<std::uint64_t>(std::llround(estimate * region.extent.layers)));
-  if (parts.size() == 1) {
-    *plan.mutable_deviation() = to_message(placed_deviation(*parts.front().solid, job.placement));
-  }
-  warn_of_parts(message, parts, smallest_feature(request, job.grid.pitch), cancel, plan);
+  describe_parts(message, parts, smallest_feature(request, job.grid.pitch), cancel, plan);
   warn_of_grid(job, plan);
   if (message.has_printer()) warn_of_printer(job, to_printer(message.printer()), plan);
   plan.set_engine_version(std::string(kEngineVersion));
