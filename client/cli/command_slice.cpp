@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -27,12 +26,12 @@
 #include "client/cli/manifest.h"
 #include "client/cli/mesh_source.h"
 #include "client/cli/numbering.h"
+#include "client/cli/part_places.h"
 #include "client/cli/png_file.h"
 #include "client/cli/printing.h"
 #include "client/cli/slice_report.h"
 #include "client/cli/text_values.h"
 #include "client/client_error.h"
-#include "core/base/count_text.h"
 #include "core/base/echo.h"
 
 namespace ccslice::cli {
@@ -42,8 +41,7 @@ constexpr unsigned kMostStreams = 64;
 
 struct JobOptions {
   MeshOptions mesh;
-  std::vector<std::string> more;  // Further parts.
-  std::vector<std::string> places;
+  PartOptions parts;
   PlacementOptions placement;
   GridOptions grid;
   PlaneOptions planes;
@@ -70,15 +68,7 @@ struct SliceOptions {
 
 void add_job_options(CLI::App& app, JobOptions& options) {
   add_mesh_options(app, options.mesh);
-  app.add_option(
-      "MORE", options.more,
-      "Further parts of the job: files or ids like MESH, which options of the mesh hold for, too. A voxel in "
-      "several parts is the first one's");
-  app.add_option("--at", options.places,
-                 "X,Y,Z in mm: where to move a part to, after --scale, --rotate and --translate. Repeated for several "
-                 "parts, in their order; for a single one, a copy at each place")
-      ->allow_extra_args(false)
-      ->group("Placement");
+  add_part_options(app, options.parts);
   add_grid_options(app, options.grid);
   add_placement_options(app, options.placement);
   add_plane_options(app, options.planes);
@@ -94,62 +84,11 @@ void add_job_options(CLI::App& app, JobOptions& options) {
       ->group("Pictures");
 }
 
-/// `placement`, moved.
-v1::Placement moved(v1::Placement placement, const std::vector<double>& by_mm) {
-  constexpr int kEntries = 12, kRow = 4;
-  for (int i = placement.matrix_size(); i < kEntries; ++i) placement.add_matrix(i % (kRow + 1) == 0 ? 1 : 0);
-  for (int axis = 0; axis < 3; ++axis) {
-    const int entry = kRow * axis + kRow - 1;
-    placement.set_matrix(entry, placement.matrix(entry) + by_mm[static_cast<std::size_t>(axis)]);
-  }
-  return placement;
-}
-
-/// The file's name without its folder and ending, and a number behind it if another part has that, too.
-std::string name_of_part(const std::string& mesh, const v1::SliceJob& job) {
-  constexpr std::size_t kMostBytes = 56;
-  const std::string name = echoed(std::filesystem::path(mesh).stem().string(), kMostBytes);
-  const auto is_taken = [&](const std::string& wanted) {
-    return std::ranges::any_of(job.parts(), [&](const v1::Part& part) { return part.name() == wanted; });
-  };
-  std::string free = name;
-  for (int number = 2; is_taken(free); ++number) free = name + "-" + std::to_string(number);
-  return free;
-}
-
-/// The parts but for the ids of their meshes, each where --at puts it.
-void place_parts(const JobOptions& options, v1::SliceJob& job) {
-  std::vector<std::vector<double>> places;
-  for (const std::string& place : options.places) places.push_back(parse_numbers("--at", place, 3, 3));
-  const v1::Placement placement = job.parts(0).placements(0);
-  if (options.more.empty()) {
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      *(i == 0 ? job.mutable_parts(0)->mutable_placements(0) : job.mutable_parts(0)->add_placements()) =
-          moved(placement, places[i]);
-    }
-    return;
-  }
-  if (!places.empty() && places.size() != options.more.size() + 1) {
-    throw UsageError("--at: " + count_text(places.size(), "place") + " for " + std::to_string(options.more.size() + 1) +
-                     " parts; give it once for each, or not at all");
-  }
-  job.mutable_parts(0)->set_name(name_of_part(options.mesh.mesh, job));
-  for (const std::string& mesh : options.more) {
-    v1::Part part;
-    part.set_name(name_of_part(mesh, job));
-    *part.add_placements() = placement;
-    *job.add_parts() = std::move(part);
-  }
-  for (int p = 0; p < job.parts_size() && !places.empty(); ++p) {
-    *job.mutable_parts(p)->mutable_placements(0) = moved(placement, places[static_cast<std::size_t>(p)]);
-  }
-}
-
 /// Without the id of the mesh, which put_on_server() gives it.
 v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {
   if (options.software == "grabcad") fit_to_grabcad(options.layout, options.planes);
   v1::SliceJob job = parse_job(options.grid, options.placement, options.printing);
-  place_parts(options, job);
+  place_parts(options.mesh.mesh, options.parts, job);
   *job.mutable_layout() = parse_layout(options.layout);
   const v1::Printing* const printing = job.has_printing() ? &job.printing() : nullptr;
   if (options.software == "grabcad") require_grabcad_materials(printing);
@@ -173,7 +112,7 @@ PartNumbers put_on_server(Session& session, const JobOptions& options, v1::Slice
   PartNumbers numbers;
   for (int p = 0; p < job.parts_size(); ++p) {
     MeshOptions mesh = options.mesh;
-    if (p > 0) mesh.mesh = options.more[static_cast<std::size_t>(p) - 1];
+    if (p > 0) mesh.mesh = options.parts.more[static_cast<std::size_t>(p) - 1];
     if (const v1::VoxelPitch& pitch = job.grid().pitch(); job.grid().has_pitch()) {
       mesh.meaning.voxel_mm = std::min({pitch.x_mm(), pitch.y_mm(), pitch.z_mm()});
     }
