@@ -5,7 +5,7 @@
 #
 #   cmake -D OUTPUT=web_files.cpp -D "FILES=a.html;b.js" -P embed_files.cmake
 
-set(text "// Made by cmake/embed_files.cmake.\n\n#include \"client/cli/web_files.h\"\n\nnamespace ccslice::cli {\n\n")
+set(text "// Made by cmake/embed_files.cmake.\n\n#include \"client/cli/view/web_files.h\"\n\nnamespace ccslice::cli {\n\n")
 string(APPEND text "std::span<const WebFile> web_files() {\n  static const WebFile kFiles[] = {\n")
 foreach(file IN LISTS FILES)
   cmake_path(GET file FILENAME name)

@@ -20,14 +20,14 @@
 
 #include "core/base/echo.h"
 #include "core/base/engine_version.h"
-#include "server/rpc/health_client.h"
-#include "server/rpc/server.h"
-#include "server/service/access.h"
-#include "server/service/heap_trim.h"
-#include "server/service/logging.h"
-#include "server/service/option_values.h"
-#include "server/service/options.h"
-#include "server/service/private_socket.h"
+#include "server/rpc/server/health_client.h"
+#include "server/rpc/server/server.h"
+#include "server/service/base/logging.h"
+#include "server/service/base/option_values.h"
+#include "server/service/network/access.h"
+#include "server/service/network/private_socket.h"
+#include "server/service/options/options.h"
+#include "server/service/scheduling/heap_trim.h"
 
 namespace ccslice::server {
 namespace {

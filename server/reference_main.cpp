@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/base/roff.h"
-#include "server/service/options.h"
+#include "server/service/options/options.h"
 
 int main(int argc, char** argv) {
   if (argc != 2) {

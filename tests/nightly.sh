@@ -103,7 +103,7 @@ random_jobs() {
 fuzz() {
   mkdir -p "$corpora/$1"
   local seeds=("tests/fuzz/corpus/$1")
-  if [[ -f core/mesh/$1.h || $1 =~ ^read_(mesh|ccmesh|json)$ ]]; then seeds+=(tests/data/meshes); fi
+  if [[ -f core/mesh_files/$1.h || $1 =~ ^read_(mesh|ccmesh|json)$ ]]; then seeds+=(tests/data/meshes); fi
   build/fuzz/tests/fuzz/fuzz_"$1" -max_total_time="$2" -timeout=60 -rss_limit_mb=2048 -max_len=16384 \
     -artifact_prefix="$reports/$1-" -print_final_stats=1 "$corpora/$1" "${seeds[@]}"
 }

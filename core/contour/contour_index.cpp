@@ -7,11 +7,12 @@
 #include <limits>
 
 #include "core/limit/boundary_surface.h"
+#include "core/limit/support.h"
 
 namespace ccslice {
 
 double rounding_scale_mm(const LimitSolid& solid, const Placement& placement, const CancellationToken& cancel) {
-  const Box3 box = solid.placed_bounding_box(placement, cancel);
+  const Box3 box = bounding_box(solid, placement, cancel);
   const Box3& mesh_box = solid.summary().bounding_box;
   const double mesh_reach = mesh_box.min().cwiseAbs().cwiseMax(mesh_box.max().cwiseAbs()).norm();
   const double reach = placement.linear().norm() * mesh_reach + placement.translation().norm();

@@ -21,8 +21,8 @@
 #include <vector>
 
 #include "core/field/material_field.h"
-#include "core/interpolation/cubic_polynomial.h"
-#include "core/interpolation/interpolation_spec.h"
+#include "core/interpolation/samples/cubic_polynomial.h"
+#include "core/interpolation/samples/interpolation_spec.h"
 #include "core/job/grid.h"
 #include "core/raster/occupancy.h"
 

@@ -8,15 +8,15 @@
 #include <utility>
 #include <vector>
 
-#include "core/interpolation/cell_node_store.h"
-#include "core/interpolation/cubic_painter.h"
+#include "core/interpolation/fits/cubic_painter.h"
 #include "core/interpolation/paint_guard.h"
-#include "core/interpolation/piece_cover.h"
-#include "core/interpolation/piece_finder.h"
-#include "core/interpolation/slab_pieces.h"
-#include "core/interpolation/tile_painter.h"
-#include "core/interpolation/tile_tree.h"
-#include "core/interpolation/tile_tree_builder.h"
+#include "core/interpolation/pieces/cell_node_store.h"
+#include "core/interpolation/pieces/piece_cover.h"
+#include "core/interpolation/pieces/piece_finder.h"
+#include "core/interpolation/pieces/slab_pieces.h"
+#include "core/interpolation/tiles/tile_painter.h"
+#include "core/interpolation/tiles/tile_tree.h"
+#include "core/interpolation/tiles/tile_tree_builder.h"
 #include "core/job/slice_job.h"
 
 namespace ccslice {

@@ -3,9 +3,9 @@
 //
 // Materials of a slab by interpolation with a bounded error.
 //
-// Cells are painted by polynomials that are fitted to forward samples (interpolation/slab_pieces.h,
-// interpolation/piece_cover.h). The rest, in small cells, near folds and where no polynomial fits, is cut into
-// tiles of voxels (interpolation/tile_tree.h), whose polynomials are fitted to all cells there, or whose every
+// Cells are painted by polynomials that are fitted to forward samples (interpolation/pieces/slab_pieces.h,
+// interpolation/pieces/piece_cover.h). The rest, in small cells, near folds and where no polynomial fits, is cut into
+// tiles of voxels (interpolation/tiles/tile_tree.h), whose polynomials are fitted to all cells there, or whose every
 // voxel is inverted.
 //
 // Some of the voxels are inverted and compared (interpolation/paint_guard.h).
@@ -21,7 +21,7 @@
 
 #include "core/field/layer_target.h"
 #include "core/field/material_field.h"
-#include "core/interpolation/interpolation_spec.h"
+#include "core/interpolation/samples/interpolation_spec.h"
 #include "core/limit/limit_solid.h"
 #include "core/raster/voxel_runs.h"
 
@@ -32,7 +32,7 @@ class CellNodeStore;
 /// One thread.
 class SlabMaterials {
  public:
-  /// `store`: shared by workers on the same job only (interpolation/cell_node_store.h). DEFAULT: one of its own.
+  /// `store`: shared by workers on the same job only (interpolation/pieces/cell_node_store.h). DEFAULT: one of its own.
   /// `rows`: those that will be painted, from a multiple of kRowsTogether to another or to the grid's end. REQUIRES:
   /// field outlives this and is of the same solid, placement and outside_mm; all tolerances positive.
   SlabMaterials(std::shared_ptr<const LimitSolid> solid, MaterialField& field, const InterpolationSpec& spec,

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/job/validate_placement.h"
+#include "core/limit/support.h"
 
 namespace ccslice {
 namespace {
@@ -141,7 +142,7 @@ Grid plan_grid(const Box3& part_box, const GridRequest& request, const SliceLimi
 Grid plan_grid(const LimitSolid& solid, const Placement& placement, const GridRequest& request,
                const SliceLimits& limits, const CancellationToken& cancel) {
   validate_placement(placement, limits);
-  return plan_grid(solid.placed_bounding_box(placement, cancel), request, limits);
+  return plan_grid(bounding_box(solid, placement, cancel), request, limits);
 }
 
 }  // namespace ccslice

@@ -8,14 +8,13 @@
 // B-spline) and vertex (one irregular vertex where all irregular lines of the cell meet). Limit cells are numbered in
 // the order of their control cells, children after one another, so numbers depend on the mesh and the engine only.
 //
-// Cold builder, hot value: LimitSolid::prepare() allocates and throws; a prepared solid never changes, and any number
+// Cold builder, hot value: prepare_solid() allocates and throws; a prepared solid never changes, and any number
 // of LimitEvaluators may read it at the same time.
 
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -24,10 +23,8 @@
 #include "core/base/cancellation.h"
 #include "core/base/ids.h"
 #include "core/base/types.h"
-#include "core/limit/preparation_progress.h"
 #include "core/mesh/control_mesh.h"
 #include "core/mesh/rounded_edges.h"
-#include "core/mesh/validate.h"
 #include "core/subdivision/cell_class.h"
 
 namespace ccslice {
@@ -122,33 +119,15 @@ struct SolidSummary {
   std::vector<CellRegionSummary> cell_regions;  // As in ControlMesh::cell_region_names.
 };
 
-struct PrepareOptions {
-  MeshLimits limits;
-  CancellationToken cancel;
-  int threads = 1;  // At most. The solid is the same for any number.
-  /// Told how much memory the preparation takes at most: by the numbers of control cells of each kind first, then by
-  /// what they are refined into and by the operators of different neighbourhoods, each time before it is used, and
-  /// never less than before. What it throws ends the preparation, and nothing else bounds it. An estimate, some tenths
-  /// above what was measured.
-  std::function<void(std::uint64_t bytes)> reserve;
-  PreparationProgress* progress = nullptr;  // Told how far it is, if not null.
-
-  void begin(PreparationStep step, std::uint64_t items = 0) const noexcept {
-    if (progress != nullptr) progress->begin(step, items);
-  }
-  void count(std::uint64_t items) const noexcept {
-    if (progress != nullptr) progress->add(items);
-  }
-};
-
 struct CellIndex;
 class CellBricks;
 
 class LimitSolid {
  public:
-  /// Validates, refines where necessary, classifies. Throws Error (1xx, kCancelled).
-  [[nodiscard]] static std::shared_ptr<const LimitSolid> prepare(ControlMesh mesh, const PrepareOptions& options = {});
+  struct Data;  // solid_data.h, private to core/limit and core/prepare.
 
+  /// For prepare_solid() (prepare/prepare_solid.h).
+  explicit LimitSolid(std::unique_ptr<Data> data);
   ~LimitSolid();
   LimitSolid(const LimitSolid&) = delete;
   LimitSolid& operator=(const LimitSolid&) = delete;
@@ -159,10 +138,6 @@ class LimitSolid {
   IdRange<LimitCellId> cells() const noexcept { return IdRange<LimitCellId>{cell_count()}; }
   CellClass cell_class(LimitCellId cell) const noexcept;
   ControlCellId control_cell(LimitCellId cell) const noexcept;
-
-  /// Bounding box of placement * limit volume, world mm: exact to 1e-9 of the box's diagonal. Pure; takes about a
-  /// microsecond for every boundary face. Throws Error{kCancelled}.
-  Box3 placed_bounding_box(const Placement& placement, const CancellationToken& cancel = {}) const;
 
   /// The faces of the boundary among a cell's sides: bit s is side s (BoundaryFace::cell_side).
   std::uint8_t boundary_sides(LimitCellId cell) const noexcept;
@@ -185,11 +160,9 @@ class LimitSolid {
   /// Which regular cells are parts of one B-spline (cell_bricks.h).
   const CellBricks& bricks() const noexcept;
 
-  struct Data;  // solid_data.h, private to core/limit.
   const Data& data() const noexcept { return *data_; }
 
  private:
-  explicit LimitSolid(std::unique_ptr<Data> data);
   std::unique_ptr<Data> data_;
 };
 

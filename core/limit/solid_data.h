@@ -3,8 +3,8 @@
 //
 // What a LimitSolid keeps: control points of all refinement levels, one-rings of the limit-ready cells and boundary
 // faces as indices into them, shared operators, and the index of cells and their bricks, which alone are for all
-// (LimitSolid::index(), bricks()). Private to core/limit and to the sampling of blocks (interpolation/cell_block.h,
-// interpolation/brick_blocks.h).
+// (LimitSolid::index(), bricks()). Private to core/limit and to the sampling of blocks
+// (interpolation/samples/cell_block.h, interpolation/samples/brick_blocks.h).
 
 #pragma once
 
@@ -15,7 +15,7 @@
 #include <span>
 #include <vector>
 
-#include "core/limit/boundary_surface.h"
+#include "core/limit/boundary_face.h"
 #include "core/limit/cell_bricks.h"
 #include "core/limit/cell_index.h"
 #include "core/limit/limit_solid.h"

@@ -20,7 +20,11 @@ namespace ccslice {
 std::vector<double> support(const BoundarySurface& surface, std::span<const Vec3> directions,
                             const CancellationToken& cancel = {});
 
-/// Bounding box of placement * limit volume, world mm: exact to 1e-9 of the box's diagonal. Throws Error{kCancelled}.
+/// Bounding box of placement * limit volume, world mm: exact to 1e-9 of the box's diagonal. Pure; takes about a
+/// microsecond for every boundary face. Throws Error{kCancelled}.
 Box3 bounding_box(const BoundarySurface& surface, const Placement& placement, const CancellationToken& cancel = {});
+inline Box3 bounding_box(const LimitSolid& solid, const Placement& placement, const CancellationToken& cancel = {}) {
+  return bounding_box(BoundarySurface(solid), placement, cancel);
+}
 
 }  // namespace ccslice

@@ -16,7 +16,7 @@
 
 #include "core/base/lanes.h"
 #include "core/base/types.h"
-#include "core/subdivision/operators.h"
+#include "core/subdivision/operator_table.h"
 
 namespace ccslice {
 

@@ -17,6 +17,7 @@
 #include "core/base/number_text.h"
 #include "core/mesh/offenders.h"
 #include "core/mesh/region_values.h"
+#include "core/mesh/validate.h"
 
 namespace ccslice {
 

@@ -16,6 +16,7 @@
 #include "core/base/cancellation.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/control_mesh.h"
+#include "core/mesh/validate.h"
 
 namespace ccslice {
 

@@ -24,7 +24,7 @@
 #include "core/base/types.h"
 #include "core/field/layer_target.h"
 #include "core/field/material_field.h"
-#include "core/interpolation/interpolation_spec.h"
+#include "core/interpolation/samples/interpolation_spec.h"
 #include "core/limit/limit_evaluator.h"
 #include "core/limit/limit_solid.h"
 #include "core/preview/pixel_surface.h"

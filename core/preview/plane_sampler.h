@@ -33,7 +33,7 @@
 
 #include "core/field/layer_target.h"
 #include "core/field/material_field.h"
-#include "core/interpolation/interpolation_spec.h"
+#include "core/interpolation/samples/interpolation_spec.h"
 #include "core/limit/limit_solid.h"
 #include "core/preview/pixel_inverter.h"
 #include "core/preview/pixel_surface.h"

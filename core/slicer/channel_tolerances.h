@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "core/interpolation/interpolation_spec.h"
+#include "core/interpolation/samples/interpolation_spec.h"
 #include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
 

@@ -10,7 +10,7 @@
 #include "core/contour/contour_tracer.h"
 #include "core/field/material_field.h"
 #include "core/field/material_pass.h"
-#include "core/interpolation/cell_node_store.h"
+#include "core/interpolation/pieces/cell_node_store.h"
 #include "core/interpolation/slab_materials.h"
 #include "core/raster/occupancy.h"
 #include "core/slicer/channel_tolerances.h"

@@ -16,9 +16,10 @@
 #include "core/base/place_text.h"
 #include "core/limit/cell_index.h"
 #include "core/mesh/cell_regions.h"
-#include "core/mesh/channels.h"
 #include "core/mesh/offenders.h"
 #include "core/mesh/region_values.h"
+#include "core/mesh_import/channels.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/subdivision/limit_masks.h"
 
 namespace ccslice {
@@ -309,7 +310,7 @@ std::vector<ControlCellId> VertexFit::folding_cells(const ControlMesh& mesh) con
   options.threads = options_.threads;
   options.reserve = options_.progress.reserve;
   if (options_.progress.preparing) options.progress = options_.progress.preparing();
-  return folding_control_cells(*LimitSolid::prepare(std::move(positions_only), options));
+  return folding_control_cells(*prepare_solid(std::move(positions_only), options));
 }
 
 /// The copies of all that are marked.

@@ -33,10 +33,11 @@
 
 #include "core/base/cancellation.h"
 #include "core/limit/limit_solid.h"
-#include "core/limit/preparation_progress.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/control_mesh.h"
 #include "core/mesh/rounded_edges.h"
+#include "core/mesh/validate.h"
+#include "core/prepare/preparation_progress.h"
 #include "core/vertex_fit/channel_ringing.h"
 #include "core/vertex_fit/vertex_system.h"
 
@@ -108,7 +109,7 @@ class VertexFit {
   /// the order in which validate() leaves them, the channels untouched. Takes some 10 us a vertex and as long as
   /// preparing the mesh, some times over where it would fold. Throws Error{kMeshNotInterpolable} with the ids if kAll
   /// is asked for and no control points meet the vertices, or only with folds; Error{kCancelled}, and what
-  /// LimitSolid::prepare() does.
+  /// prepare_solid() does.
   ControlMesh fit_positions(FittedVertices vertices, FitReport& report) const;
 
   /// The limit points of the vertices of a mesh of the same cells.

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/json.h"
+#include "client/cli/base/json.h"
 #include "core/output/encode.h"
 #include "tests/bench/bars.h"
 #include "tests/bench/clocks.h"

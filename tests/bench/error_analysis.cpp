@@ -21,7 +21,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/mesh/models.h"
+#include "core/models/models.h"
 #include "tests/bench/error_statistics.h"
 #include "tests/bench/gnuplot.h"
 #include "tests/bench/our_method.h"

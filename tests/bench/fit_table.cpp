@@ -17,12 +17,15 @@
 #include <utility>
 #include <vector>
 
-#include "client/cli/json.h"
+#include "client/cli/base/json.h"
 #include "core/base/error.h"
-#include "core/limit/deviation.h"
+#include "core/base/read_file.h"
 #include "core/limit/solid_data.h"
-#include "core/mesh/mesh_file.h"
-#include "core/mesh/sharpen.h"
+#include "core/mesh_authoring/sharpen.h"
+#include "core/mesh_files/read_mesh.h"
+#include "core/mesh_import/mesh_file.h"
+#include "core/prepare/deviation.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/vertex_fit/vertex_fit.h"
 #include "tests/bench/bars.h"
 #include "tests/bench/clocks.h"
@@ -73,7 +76,7 @@ Fitted measure(const ControlMesh& mesh, const LimitSolid& before, FittedVertices
   }
   result.seconds = watch.seconds();
   result.swelling_edges = report.swelling.edges;
-  const auto solid = LimitSolid::prepare(fitted);
+  const auto solid = prepare_solid(fitted);
   const LimitSolid::Data& data = solid->data();
   const double diagonal = before.summary().deviation.control_box.diagonal().norm();
   const VertexLimits& boundary = data.boundary_vertices;
@@ -91,7 +94,7 @@ Fitted measure(const ControlMesh& mesh, const LimitSolid& before, FittedVertices
 }
 
 Row measure(const std::string& name, const ControlMesh& mesh) {
-  const auto before = LimitSolid::prepare(mesh);
+  const auto before = prepare_solid(mesh);
   const Deviation& deviation = before->summary().deviation;
   Row row{name,
           mesh.vertex_count(),

@@ -22,7 +22,8 @@
 #include "core/base/error.h"
 #include "core/job/validate_job.h"
 #include "core/limit/cell_index.h"
-#include "core/mesh/sharpen.h"
+#include "core/mesh_authoring/sharpen.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "tests/bench/clocks.h"
 #include "tests/bench/layer_digest.h"
@@ -137,7 +138,7 @@ void print_cost(const std::shared_ptr<const LimitSolid>& solid, SliceJob job, do
 void print_costs(Part part) {
   if (part.mesh.channel_names.empty()) oracle::grade_by_coordinates(part.mesh);
   try {
-    const std::shared_ptr<const LimitSolid> solid = LimitSolid::prepare(std::move(part.mesh));
+    const std::shared_ptr<const LimitSolid> solid = prepare_solid(std::move(part.mesh));
     const SolidSummary& summary = solid->summary();
     if (!solid->index().is_ambiguous(summary.bounding_box)) return;
     const SliceJob job = job_of(*solid, part.voxels);

@@ -23,7 +23,9 @@
 #include <thread>
 #include <vector>
 
-#include "core/mesh/mesh_file.h"
+#include "core/base/read_file.h"
+#include "core/mesh_files/read_mesh.h"
+#include "core/mesh_import/mesh_file.h"
 #include "tests/bench/hostile_report.h"
 #include "tests/oracle/hostile_check.h"
 

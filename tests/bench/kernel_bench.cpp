@@ -18,8 +18,9 @@
 #include "core/inversion/point_inverter.h"
 #include "core/job/validate_job.h"
 #include "core/limit/limit_evaluator.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
 #include "core/output/encode.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "core/subdivision/refined_mesh.h"
 #include "tests/bench/our_method.h"
@@ -211,7 +212,7 @@ void whole_layer(benchmark::State& state, Regions regions) {
 
 void preparation(benchmark::State& state, const ControlMesh& mesh) {
   std::size_t cells = 0;
-  for (auto _ : state) cells = LimitSolid::prepare(mesh)->cell_count();
+  for (auto _ : state) cells = prepare_solid(mesh)->cell_count();
   count_items(state, static_cast<double>(cells));
 }
 

@@ -20,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/mesh/models.h"
+#include "core/models/models.h"
 #include "core/slicer/slice_range.h"
 #include "tests/bench/layer_digest.h"
 #include "tests/bench/printer_job.h"

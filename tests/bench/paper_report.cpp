@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "client/cli/json.h"
+#include "client/cli/base/json.h"
 #include "tests/bench/bars.h"
 #include "tests/bench/gnuplot.h"
 #include "tests/bench/paper_figures.h"

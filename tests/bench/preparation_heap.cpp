@@ -19,8 +19,11 @@
 #include <thread>
 #include <vector>
 
+#include "core/base/read_file.h"
 #include "core/limit/limit_solid.h"
-#include "core/mesh/mesh_file.h"
+#include "core/mesh_files/read_mesh.h"
+#include "core/mesh_import/mesh_file.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/allocation_count.h"
 
 namespace ccslice::bench {
@@ -74,7 +77,7 @@ void print_figures(const std::string& path, int threads, bool allow_folds) {
   PreparationProgress progress;
   options.progress = &progress;
   StepWatch watch(progress, held);
-  const auto solid = LimitSolid::prepare(std::move(mesh), options);
+  const auto solid = prepare_solid(std::move(mesh), options);
   const auto& most_by_step = watch.stop();
   print("asked for", asked);
   print("held at most", held.most_bytes());

@@ -15,10 +15,13 @@
 #include <string>
 #include <vector>
 
+#include "core/base/read_file.h"
 #include "core/limit/limit_solid.h"
 #include "core/mesh/cell_kind.h"
-#include "core/mesh/mesh_file.h"
-#include "core/mesh/models.h"
+#include "core/mesh_files/read_mesh.h"
+#include "core/mesh_import/mesh_file.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/bench/bars.h"
 #include "tests/bench/clocks.h"
 #include "tests/bench/median.h"
@@ -54,7 +57,7 @@ Cost prepare(const ControlMesh& mesh, int threads, int times) {
   double cpu_ns = 0;
   const Stopwatch watch;
   timed(cpu_ns, [&] {
-    for (int i = 0; i < times; ++i) (void)LimitSolid::prepare(mesh, options);
+    for (int i = 0; i < times; ++i) (void)prepare_solid(mesh, options);
   });
   return {watch.seconds() / times, 1e-3 * cpu_ns / times};
 }
@@ -67,7 +70,7 @@ bool is_tetrahedral(const ControlMesh& mesh) {
 void add_figures(const Subject& subject, int runs, BarTable& table) {
   const auto cells = static_cast<double>(subject.mesh.cell_count());
   const Stopwatch first;
-  const double kb = 1e-3 * static_cast<double>(LimitSolid::prepare(subject.mesh)->summary().memory_bytes) / cells;
+  const double kb = 1e-3 * static_cast<double>(prepare_solid(subject.mesh)->summary().memory_bytes) / cells;
   const int times = std::max(1, static_cast<int>(kLeastSeconds / first.seconds()));
   std::vector<double> one, two, cpu;
   for (int run = 0; run < runs; ++run) {

@@ -23,11 +23,11 @@
 #include <thread>
 #include <vector>
 
-#include "client/cli/mesh_convert.h"
+#include "client/cli/meshes/mesh_convert.h"
 #include "client/client.h"
 #include "client/mesh_bytes.h"
 #include "client/preview.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
 #include "tests/bench/bars.h"
 #include "tests/integration/running_server.h"
 

@@ -9,7 +9,8 @@
 #include <utility>
 
 #include "core/job/validate_job.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/bench/clocks.h"
 
 namespace ccslice::bench {
@@ -18,7 +19,7 @@ PrinterJob make_printer_job(std::string name, ControlMesh mesh, const VoxelPitch
   PrinterJob result;
   result.name = std::move(name);
   result.mesh = std::move(mesh);
-  result.solid = timed(result.prepare_ns, [&] { return LimitSolid::prepare(result.mesh); });
+  result.solid = timed(result.prepare_ns, [&] { return prepare_solid(result.mesh); });
   GridRequest request;
   request.pitch = pitch;
   result.job.grid = plan_grid(*result.solid, result.job.placement, request);

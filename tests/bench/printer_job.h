@@ -30,7 +30,7 @@ struct PrinterJob {
 /// The first channel is the one that is sliced. Throws Error, for a mesh without channels too.
 PrinterJob make_printer_job(std::string name, ControlMesh mesh, const VoxelPitch& pitch = kPrinterPitch);
 
-/// Of a sample (core/mesh/models.h). Throws std::runtime_error naming the samples if there is none of that name.
+/// Of a sample (core/models/models.h). Throws std::runtime_error naming the samples if there is none of that name.
 PrinterJob sample_printer_job(const std::string& name);
 
 /// First layers of about `count` slabs, spread like places.

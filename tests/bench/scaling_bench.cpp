@@ -17,7 +17,8 @@
 #include <string>
 #include <vector>
 
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "core/slicer/slice_range.h"
 #include "core/subdivision/refined_mesh.h"
@@ -259,7 +260,7 @@ void run_as_child(const Options& options) {
   if (!find_sample_model(options.mesh)) oracle::scale_to(kPrintedMm, refined);
   if (options.child == "make") return;
   if (options.child == "prepare") {
-    (void)LimitSolid::prepare(std::move(refined));
+    (void)prepare_solid(std::move(refined));
     return;
   }
   const PrinterJob job = make_printer_job(options.mesh, std::move(refined));

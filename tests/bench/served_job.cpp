@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "client/cli/mesh_convert.h"
+#include "client/cli/meshes/mesh_convert.h"
 #include "client/mesh_bytes.h"
 #include "tests/bench/clocks.h"
 

@@ -8,19 +8,19 @@
 
 #include <string>
 
-#include "client/cli/console.h"
-#include "client/cli/failure.h"
-#include "client/cli/job.h"
-#include "client/cli/json.h"
-#include "client/cli/mesh_convert.h"
-#include "client/cli/mesh_source.h"
-#include "client/cli/output_file.h"
-#include "client/cli/placement.h"
-#include "client/cli/text_values.h"
+#include "client/cli/base/console.h"
+#include "client/cli/base/failure.h"
+#include "client/cli/base/json.h"
+#include "client/cli/base/output_file.h"
+#include "client/cli/base/text_values.h"
+#include "client/cli/meshes/mesh_convert.h"
+#include "client/cli/meshes/mesh_source.h"
+#include "client/cli/options/job.h"
+#include "client/cli/options/placement.h"
 #include "client/client_error.h"
 #include "client/mesh_bytes.h"
 #include "core/base/error.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
 #include "tests/client/process.h"
 
 namespace ccslice::cli {

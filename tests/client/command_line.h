@@ -16,12 +16,12 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/mesh_convert.h"
-#include "client/cli/output_file.h"
+#include "client/cli/base/output_file.h"
+#include "client/cli/meshes/mesh_convert.h"
 #include "client/mesh_bytes.h"
-#include "core/mesh/models.h"
-#include "server/rpc/server.h"
-#include "server/service/logging.h"
+#include "core/models/models.h"
+#include "server/rpc/server/server.h"
+#include "server/service/base/logging.h"
 #include "tests/client/local_server.h"
 #include "tests/client/process.h"
 

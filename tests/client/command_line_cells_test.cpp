@@ -11,8 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/exit_codes.h"
-#include "core/mesh/mesh_file.h"
+#include "client/cli/base/exit_codes.h"
+#include "core/base/read_file.h"
+#include "core/mesh_files/read_mesh.h"
+#include "core/mesh_import/mesh_file.h"
 
 namespace ccslice::client {
 namespace {

@@ -19,8 +19,9 @@
 #include <thread>
 #include <vector>
 
-#include "client/cli/exit_codes.h"
-#include "core/mesh/mesh_file.h"
+#include "client/cli/base/exit_codes.h"
+#include "core/base/read_file.h"
+#include "core/mesh_import/mesh_file.h"
 #include "tests/client/command_line.h"
 
 namespace ccslice::client {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/exit_codes.h"
+#include "client/cli/base/exit_codes.h"
 
 namespace ccslice::client {
 namespace {

@@ -18,8 +18,8 @@
 #include <thread>
 #include <vector>
 
-#include "client/cli/exit_codes.h"
-#include "core/mesh/mesh_file.h"
+#include "client/cli/base/exit_codes.h"
+#include "core/mesh_import/mesh_file.h"
 #include "tests/client/fake_slicer.h"
 
 namespace ccslice::client {

@@ -18,13 +18,13 @@
 #include <thread>
 #include <vector>
 
-#include "client/cli/mesh_convert.h"
-#include "client/cli/mesh_source.h"
-#include "client/cli/placement.h"
+#include "client/cli/meshes/mesh_convert.h"
+#include "client/cli/meshes/mesh_source.h"
+#include "client/cli/options/placement.h"
 #include "client/client.h"
-#include "core/mesh/models.h"
-#include "server/rpc/server.h"
-#include "server/service/logging.h"
+#include "core/models/models.h"
+#include "server/rpc/server/server.h"
+#include "server/service/base/logging.h"
 #include "tests/client/cutting_proxy.h"
 #include "tests/client/local_server.h"
 #include "tests/support/job_parts.h"
@@ -307,8 +307,8 @@ TEST_F(EndToEnd, ReasonsOfRefusalsArrive) {
   EXPECT_EQ(reason_of(), "CHANNEL_UNKNOWN");
 }
 
-/// Real meshes, graded along x: whatever the cells are like, the channel is linear in x (see core/mesh/grade.h), so
-/// every voxel's value is known.
+/// Real meshes, graded along x: whatever the cells are like, the channel is linear in x (see
+/// core/mesh_authoring/grade.h), so every voxel's value is known.
 class RealMeshesEndToEnd : public EndToEnd, public testing::WithParamInterface<const char*> {};
 
 TEST_P(RealMeshesEndToEnd, AreGradedAlongX) {

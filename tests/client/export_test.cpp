@@ -16,14 +16,15 @@
 #include <utility>
 #include <vector>
 
-#include "client/cli/exit_codes.h"
-#include "client/cli/mesh_convert.h"
-#include "client/cli/output_file.h"
+#include "client/cli/base/exit_codes.h"
+#include "client/cli/base/output_file.h"
+#include "client/cli/meshes/mesh_convert.h"
 #include "client/mesh_bytes.h"
 #include "core/limit/limit_evaluator.h"
-#include "core/mesh/models.h"
-#include "server/rpc/server.h"
-#include "server/service/logging.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
+#include "server/rpc/server/server.h"
+#include "server/service/base/logging.h"
 #include "tests/client/local_server.h"
 #include "tests/client/process.h"
 
@@ -106,7 +107,7 @@ double limit_volume(const ControlMesh& mesh) {
       rule.emplace_back((part + (nodes[i] + 1) / 2) / kParts, weights[i] / 2 / kParts);
     }
   }
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   LimitEvaluator evaluator(*solid);
   double volume = 0;
   for (const LimitCellId cell : solid->cells()) {

@@ -13,8 +13,8 @@
 #include <thread>
 #include <vector>
 
-#include "client/cli/exit_codes.h"
-#include "client/cli/folder_lock.h"
+#include "client/cli/base/exit_codes.h"
+#include "client/cli/output/folder_lock.h"
 #include "tests/client/command_line.h"
 #include "tests/client/fake_slicer.h"
 

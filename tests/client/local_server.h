@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "server/rpc/server.h"
-#include "server/service/options.h"
+#include "server/rpc/server/server.h"
+#include "server/service/options/options.h"
 
 namespace ccslice::client {
 

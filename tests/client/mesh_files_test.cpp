@@ -12,15 +12,16 @@
 #include <random>
 #include <string>
 
-#include "client/cli/ccmesh.h"
-#include "client/cli/mesh_convert.h"
-#include "client/cli/mesh_source.h"
-#include "client/cli/output_file.h"
-#include "client/cli/text_values.h"
+#include "client/cli/base/output_file.h"
+#include "client/cli/base/text_values.h"
+#include "client/cli/meshes/ccmesh.h"
+#include "client/cli/meshes/mesh_convert.h"
+#include "client/cli/meshes/mesh_source.h"
 #include "core/base/error.h"
-#include "core/mesh/mesh_file.h"
-#include "core/mesh/models.h"
+#include "core/base/read_file.h"
 #include "core/mesh/validate.h"
+#include "core/mesh_import/mesh_file.h"
+#include "core/models/models.h"
 #include "tests/client/process.h"
 #include "tests/support/mutate.h"
 

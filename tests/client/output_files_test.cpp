@@ -13,13 +13,13 @@
 #include <fstream>
 #include <string>
 
-#include "client/cli/folder_lock.h"
-#include "client/cli/job.h"
-#include "client/cli/json.h"
-#include "client/cli/layer_folder.h"
-#include "client/cli/output_file.h"
-#include "client/cli/text_values.h"
-#include "client/cli/zip_file.h"
+#include "client/cli/base/json.h"
+#include "client/cli/base/output_file.h"
+#include "client/cli/base/text_values.h"
+#include "client/cli/options/job.h"
+#include "client/cli/output/folder_lock.h"
+#include "client/cli/output/layer_folder.h"
+#include "client/cli/output/zip_file.h"
 #include "client/job.h"
 #include "core/base/error.h"
 #include "tests/client/process.h"

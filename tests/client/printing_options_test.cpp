@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "client/cli/job.h"
-#include "client/cli/printing.h"
-#include "client/cli/text_values.h"
+#include "client/cli/base/text_values.h"
+#include "client/cli/options/job.h"
+#include "client/cli/options/printing.h"
 
 namespace ccslice::cli {
 namespace {

@@ -218,7 +218,7 @@ def ends_in_time(overlay):
 
 @functools.cache
 def known_variables():
-    text = (ROOT / "server/service/options.cpp").read_text()
+    text = (ROOT / "server/service/options/options.cpp").read_text()
     return {"CCSLICE_" + flag.upper().replace("-", "_") for flag in re.findall(r'"--([a-z][a-z-]+)"', text)}
 
 

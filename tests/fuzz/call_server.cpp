@@ -21,9 +21,9 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/mesh_convert.h"
-#include "server/rpc/parsed_size.h"
-#include "server/service/logging.h"
+#include "client/cli/meshes/mesh_convert.h"
+#include "server/rpc/calls/parsed_size.h"
+#include "server/service/base/logging.h"
 #include "tests/fuzz/byte_reader.h"
 #include "tests/server/test_server.h"
 #include "tests/support/cell_regions.h"

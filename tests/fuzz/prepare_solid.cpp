@@ -17,6 +17,7 @@
 #include "core/limit/limit_evaluator.h"
 #include "core/limit/limit_solid.h"
 #include "core/mesh/control_mesh.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/fuzz/byte_reader.h"
 
 namespace {
@@ -73,7 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   ByteReader bytes(data, size);
   MeshFromBytes input(bytes);
   try {
-    const auto solid = ccslice::LimitSolid::prepare(input.mesh);
+    const auto solid = ccslice::prepare_solid(input.mesh);
     ccslice::LimitEvaluator evaluator(*solid);
     for (const ccslice::LimitCellId cell : solid->cells()) {
       for (const double t : {0.0, 0.3, 1.0}) {

@@ -19,14 +19,15 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/preview/layer_painter.h"
 #include "core/preview/plane_painter.h"
-#include "server/rpc/convert.h"
-#include "server/rpc/convert_preview.h"
-#include "server/rpc/convert_printing.h"
-#include "server/rpc/job_field.h"
-#include "server/rpc/job_parts.h"
-#include "server/service/service_error.h"
+#include "server/rpc/convert/convert.h"
+#include "server/rpc/convert/convert_preview.h"
+#include "server/rpc/convert/convert_printing.h"
+#include "server/rpc/convert/job_field.h"
+#include "server/rpc/convert/job_parts.h"
+#include "server/service/base/service_error.h"
 #include "tests/fuzz/byte_reader.h"
 #include "tests/fuzz/quiet_protobuf.h"
 #include "tests/support/cell_regions.h"
@@ -42,7 +43,7 @@ constexpr std::uint32_t kMostPixels = 64;
 std::shared_ptr<const LimitSolid> make_solid() {
   ControlMesh mesh = oracle::fan_mesh(5, 1, 1);
   oracle::add_random_channels(mesh, 2, 1);
-  return LimitSolid::prepare(oracle::with_regions(mesh, 2, [](const Vec3& center) { return center.x() < 0 ? 0 : 1; }));
+  return prepare_solid(oracle::with_regions(mesh, 2, [](const Vec3& center) { return center.x() < 0 ? 0 : 1; }));
 }
 
 SliceLimits small_limits() {

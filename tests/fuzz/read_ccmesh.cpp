@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <string>
 
-#include "client/cli/ccmesh.h"
-#include "client/cli/mesh_convert.h"
+#include "client/cli/meshes/ccmesh.h"
+#include "client/cli/meshes/mesh_convert.h"
 #include "core/base/error.h"
 #include "core/mesh/validate.h"
 #include "tests/fuzz/quiet_protobuf.h"

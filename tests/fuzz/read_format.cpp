@@ -12,9 +12,9 @@
 
 #include CCSLICE_READER_HEADER
 #include "core/base/error.h"
-#include "core/mesh/cell_averages.h"
-#include "core/mesh/cell_numbers.h"
 #include "core/mesh/validate.h"
+#include "core/mesh_import/cell_averages.h"
+#include "core/mesh_import/cell_numbers.h"
 
 namespace {
 

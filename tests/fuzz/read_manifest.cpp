@@ -10,10 +10,10 @@
 #include <string_view>
 #include <vector>
 
-#include "client/cli/job_journal.h"
-#include "client/cli/joined_job.h"
-#include "client/cli/layer_stack.h"
-#include "client/cli/output_file.h"
+#include "client/cli/base/output_file.h"
+#include "client/cli/output/job_journal.h"
+#include "client/cli/output/joined_job.h"
+#include "client/cli/output/layer_stack.h"
 #include "core/base/error.h"
 #include "core/output/png.h"
 #include "tests/client/process.h"

@@ -8,7 +8,9 @@
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/mesh/mesh_file.h"
+#include "core/mesh/validate.h"
+#include "core/mesh_files/read_mesh.h"
+#include "core/mesh_import/mesh_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   ccslice::MeshLimits limits;

@@ -3,13 +3,13 @@
 //
 // Lists of sharp features, and grades as they are written, from arbitrary bytes: what they say or an Error.
 
-#include "core/mesh/sharpen.h"
+#include "core/mesh_authoring/sharpen.h"
 
 #include <cstdint>
 #include <string_view>
 
 #include "core/base/error.h"
-#include "core/mesh/grade.h"
+#include "core/mesh_authoring/grade.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);

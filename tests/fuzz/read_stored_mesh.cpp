@@ -10,9 +10,9 @@
 #include <string>
 #include <string_view>
 
-#include "server/service/folder_store.h"
-#include "server/service/mesh_id.h"
-#include "server/service/stored_meshes.h"
+#include "server/service/meshes/folder_store.h"
+#include "server/service/meshes/mesh_id.h"
+#include "server/service/meshes/stored_meshes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {

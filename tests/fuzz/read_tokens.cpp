@@ -9,8 +9,8 @@
 #include <string>
 #include <string_view>
 
-#include "server/service/access.h"
-#include "server/service/mesh_store.h"
+#include "server/service/meshes/mesh_store.h"
+#include "server/service/network/access.h"
 
 namespace {
 

@@ -12,12 +12,14 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/mesh_convert.h"
+#include "client/cli/meshes/mesh_convert.h"
 #include "core/base/error.h"
 #include "core/job/validate_job.h"
 #include "core/limit/limit_solid.h"
+#include "core/mesh/validate.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
-#include "server/rpc/mesh_reader.h"
+#include "server/rpc/convert/mesh_reader.h"
 #include "tests/fuzz/quiet_protobuf.h"
 
 namespace {
@@ -74,7 +76,7 @@ std::shared_ptr<const LimitSolid> prepare(ControlMesh mesh) {
   options.reserve = [](std::uint64_t bytes) {
     if (bytes > kMostMemoryBytes) throw Error(ErrorCode::kMeshTooLarge, "more memory than a target of a fuzzer has");
   };
-  return LimitSolid::prepare(std::move(mesh), options);
+  return prepare_solid(std::move(mesh), options);
 }
 
 PlaneSpec plane_of(PlaneContent content, SampleType sample_type) {

@@ -32,7 +32,7 @@ def documented():
 def codes():
     """Number -> name of the codes that reach clients: not those of files (4xx)."""
     found = {}
-    for header in ("core/base/error.h", "server/service/service_error.h"):
+    for header in ("core/base/error.h", "server/service/base/service_error.h"):
         for _, text in source_tree.lines(pathlib.Path(header)):
             match = CODE.match(text)
             if match and int(match.group(2)) // 100 != 4:

@@ -7,8 +7,8 @@ core      std, Eigen, TBB, zstd, libdeflate, zlib and pugixml (in core/mesh), Op
           file). Silent: no logging, printing or exiting.
 server    core, proto, gRPC, spdlog. Never client.
 client    proto, gRPC. Never core or server; the command line (client/cli) may use core/mesh, core/base and
-          core/job/printer_profile.h, core/limit/bezier_cells.h, core/limit/deviation.h,
-          core/limit/preparation_progress.h, core/output/png.h, core/output/region_colours.h, core/vertex_fit/vertex_fit.h and core/subdivision/refined_mesh.h.
+          core/job/printer_profile.h, core/prepare/bezier_cells.h, core/prepare/deviation.h,
+          core/prepare/preparation_progress.h, core/output/png.h, core/output/region_colours.h, core/vertex_fit/vertex_fit.h and core/subdivision/refined_mesh.h.
 
 Nowhere do headers or folders include each other in a circle, and some headers are private to their folder.
 """
@@ -22,20 +22,27 @@ NOISE = re.compile(r"std::(cout|cerr|clog|exit|abort|terminate|quick_exit)\b|(?<
 
 RPC = r"(grpc|grpcpp|google|proto|ccslice/v1|ccslice)/|.*\.(grpc\.)?pb\.h$"
 
+CLI_USES = (
+    r"core/((base|mesh|mesh_import|mesh_files|mesh_authoring|models)/|(job/printer_profile|output/png|output/region_colours"
+    r"|prepare/(bezier_cells|deviation|preparation_progress|prepare_solid)|subdivision/refined_mesh|vertex_fit/vertex_fit)"
+    r"\.h$)"
+)
+
 # Folder -> (what its files must not include, what is excepted from that).
 FORBIDDEN = {
     "core": (RPC + r"|spdlog/|fmt/|iostream$|(server|client|tests)/", r"$^"),
     "server": (r"(client|tests)/", r"$^"),
     "client": (r"(server|core|tests)/|(Eigen|tbb|oneapi|OpenImageIO)/", r"$^"),
-    "client/cli": (r"(server|tests)/|core/", r"core/((mesh|base)/|job/printer_profile\.h$|limit/(bezier_cells|deviation|preparation_progress)\.h$|output/(png|region_colours)\.h$|vertex_fit/vertex_fit\.h$|subdivision/refined_mesh\.h$)"),
+    "client/cli": (r"(server|tests)/|core/", CLI_USES),
 }
 
 # Header -> the folders or files that may include it, besides tests. Sampling blocks walks down a cell's rings itself.
 PRIVATE = {
-    "core/limit/prepare.h": ("core/limit",),
+    "core/prepare/prepare.h": ("core/prepare",),
     "core/limit/solid_data.h": (
-        "core/limit", "core/interpolation/block_stencils.h", "core/interpolation/brick_blocks.cpp",
-        "core/interpolation/cell_block.cpp", "core/interpolation/line_residuals.h", "core/interpolation/voxel_blocks.cpp"),
+        "core/limit", "core/prepare", "core/interpolation/samples/block_stencils.h",
+        "core/interpolation/samples/brick_blocks.cpp", "core/interpolation/samples/cell_block.cpp",
+        "core/interpolation/samples/line_residuals.h", "core/interpolation/samples/voxel_blocks.cpp"),
 }
 
 
@@ -89,8 +96,7 @@ def private_includes(path):
 
 
 def folder_of(path):
-    """core/mesh of core/mesh/models/grid_model.h: what lies deeper belongs to its stage."""
-    return "/".join(path.parent.parts[:2])
+    return str(path.parent)
 
 
 def uses_of(sources, name_of):

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "server/service/mesh_id.h"
+#include "server/service/meshes/mesh_id.h"
 
 namespace ccslice::server {
 namespace {

@@ -12,6 +12,8 @@
 
 #include "core/contour/contour.h"
 #include "core/limit/limit_solid.h"
+#include "core/limit/support.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "tests/oracle/real_meshes.h"
 #include "tests/oracle/slicing.h"
@@ -33,7 +35,7 @@ class CellRegions : public testing::TestWithParam<std::size_t> {
 SliceJob job_on(const LimitSolid& solid, const Vec3& shares, const Placement& placement = Placement::Identity()) {
   SliceJob job;
   job.placement = placement;
-  const Vec3 pitch = solid.placed_bounding_box(placement).diagonal().norm() * shares.cwiseInverse();
+  const Vec3 pitch = bounding_box(solid, placement).diagonal().norm() * shares.cwiseInverse();
   GridRequest request;
   request.pitch = VoxelPitch{pitch.x(), pitch.y(), pitch.z()};
   job.grid = plan_grid(solid, placement, request);
@@ -58,12 +60,12 @@ void add_channel_planes(std::uint32_t count, SliceJob& job) {
 /// Slices the mesh and compares each voxel with the contours of each region by itself.
 void expect_voxels_on_their_sides(const ControlMesh& mesh) {
   const std::size_t regions = mesh.cell_region_names.size();
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   std::vector<std::shared_ptr<const LimitSolid>> parts;
   for (std::size_t r = 0; r < regions; ++r) {
     ControlMesh part = region_as_mesh(mesh, static_cast<int>(r));
     part.allow_folds = true;
-    parts.push_back(LimitSolid::prepare(part));
+    parts.push_back(prepare_solid(part));
   }
   Placement placement = Placement::Identity();
   placement.rotate(Eigen::AngleAxisd(0.4, Vec3(1, 2, 3).normalized()));
@@ -118,14 +120,14 @@ TEST(CellRegionsOfRealMeshes, NoVoxelIsOnTheWrongSide) {
 }
 
 TEST_P(CellRegions, VolumesAreThoseOfTheParts) {
-  const auto solid = LimitSolid::prepare(mesh());
+  const auto solid = prepare_solid(mesh());
   const SolidSummary& summary = solid->summary();
   ASSERT_EQ(summary.cell_regions.size(), region_count());
   double sum = 0;
   for (std::size_t r = 0; r < region_count(); ++r) {
     ControlMesh part = region_as_mesh(mesh(), static_cast<int>(r));
     part.allow_folds = true;
-    const double volume = LimitSolid::prepare(part)->summary().deviation.limit_volume_mm3;
+    const double volume = prepare_solid(part)->summary().deviation.limit_volume_mm3;
     EXPECT_NEAR(summary.cell_regions[r].volume_mm3, volume, 1e-5 * volume);
     EXPECT_EQ(summary.cell_regions[r].control_cells, part.cell_count());
     sum += volume;
@@ -137,7 +139,7 @@ TEST_P(CellRegions, EveryVoxelTakesItsMaterialFromItsOwnPlace) {
   ControlMesh graded = mesh();
   graded.channel_names.clear();
   grade_by_coordinates(graded);
-  const auto solid = LimitSolid::prepare(graded);
+  const auto solid = prepare_solid(graded);
   SliceJob job = job_on(*solid, {61, 53, 29});
   job.planes.clear();
   job.planes.emplace_back().encoding = Encoding::kRaw;
@@ -172,7 +174,7 @@ TEST_P(CellRegions, ChannelsJumpAtInterfaces) {
         return std::vector<float>{static_cast<float>(region),
                                   static_cast<float>(mesh().positions[vertex].z() + kStep * region)};
       });
-  const auto solid = LimitSolid::prepare(jumping);
+  const auto solid = prepare_solid(jumping);
   SliceJob job = job_on(*solid, {61, 53, 29});
   add_channel_planes(2, job);
   SliceJob exact_job = job;
@@ -201,7 +203,7 @@ TEST_P(CellRegions, ChannelsJumpAtInterfaces) {
 }
 
 TEST_P(CellRegions, SameBytesHoweverTheRangeIsSplit) {
-  const auto solid = LimitSolid::prepare(mesh());
+  const auto solid = prepare_solid(mesh());
   const SliceJob job = job_on(*solid, {61, 53, 29});
   LayerSlicer upwards(solid, job);
   for (std::uint32_t k = 0; k < job.grid.extent.layers; ++k) {

@@ -16,9 +16,10 @@
 #include <vector>
 
 #include "core/job/validate_job.h"
-#include "core/mesh/grade.h"
-#include "core/mesh/models.h"
+#include "core/mesh_authoring/grade.h"
+#include "core/models/models.h"
 #include "core/output/encode.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "core/slicer/slice_range.h"
 
@@ -37,7 +38,7 @@ std::vector<std::shared_ptr<const LimitSolid>> make_solids() {
     for (std::size_t cell = 0; cell < mesh.cell_count(); ++cell) {
       mesh.cell_regions.push_back(static_cast<std::uint8_t>(several_regions ? cell % 2 : 0));
     }
-    return LimitSolid::prepare(std::move(mesh));
+    return prepare_solid(std::move(mesh));
   };
   ControlMesh smooth = make_box({Vec3(10, 8, 9), 2, 2, 2});
   smooth.sharp_edges.clear();

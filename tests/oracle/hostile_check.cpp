@@ -12,6 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/job/validate_job.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "tests/oracle/hostile_comparisons.h"
 #include "tests/oracle/hostile_job.h"
@@ -81,7 +82,7 @@ bool shows_linear(const HostileRun& run) {
 /// A mesh that isn't a solid, and a job that isn't one: null.
 std::shared_ptr<const LimitSolid> prepare(const HostileMesh& mesh, HostileResult& result) {
   try {
-    return LimitSolid::prepare(mesh.mesh);
+    return prepare_solid(mesh.mesh);
   } catch (const Error& error) {
     if (static_cast<int>(error.code()) >= 200) throw;
     result.refused = error.what();
@@ -138,7 +139,7 @@ void run(std::uint64_t seed, const HostileOptions& options, HostileResult& resul
   const bool marked = solid->has_several_regions() && !options.only_linear;
   HostileRun run{.seed = seed,
                  .solid = solid,
-                 .marked = marked ? LimitSolid::prepare(with_region_channel(mesh.mesh)) : solid,
+                 .marked = marked ? prepare_solid(with_region_channel(mesh.mesh)) : solid,
                  .linear = mesh.linear,
                  .job = std::move(*job),
                  .delivered = {},

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/interpolation/cubic_polynomial.h"
-#include "core/interpolation/interpolation_spec.h"
+#include "core/interpolation/samples/cubic_polynomial.h"
+#include "core/interpolation/samples/interpolation_spec.h"
 #include "core/limit/limit_evaluator.h"
 #include "core/slicer/channel_tolerances.h"
 #include "tests/oracle/hostile_comparisons.h"

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/limit/limit_evaluator.h"
+#include "core/limit/support.h"
 #include "tests/oracle/hostile_pictures.h"
 #include "tests/oracle/hostile_printing.h"
 #include "tests/oracle/hostile_random.h"
@@ -119,7 +120,7 @@ class JobMaker {
 
   /// All of the part, or a window of a finer grid.
   void choose_grid() {
-    const Box3 box = solid_.placed_bounding_box(result_.job.placement);
+    const Box3 box = bounding_box(solid_, result_.job.placement);
     const bool window = random_.chance(0.15);
     const double voxels = random_.log_between(500, kMostGridVoxels) * (window ? random_.log_between(1, 1e4) : 1);
     const Vec3 pitch = pitch_of(box.sizes(), voxels, window);

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "core/mesh/mid_nodes.h"
+#include "core/mesh_import/mid_nodes.h"
 #include "tests/oracle/hostile_random.h"
 #include "tests/oracle/hostile_text.h"
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pieces of cells (interpolation/cell_fitter.h) and tiles (interpolation/tile_fitter.h) searched for where they are off
-// most, which voxels hit by chance alone.
+// Pieces of cells (interpolation/pieces/cell_fitter.h) and tiles (interpolation/tiles/tile_fitter.h) searched for where
+// they are off most, which voxels hit by chance alone.
 
 #include <algorithm>
 #include <cstddef>
@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "core/interpolation/cell_fitter.h"
-#include "core/interpolation/tile_fitter.h"
-#include "core/interpolation/voxel_blocks.h"
+#include "core/interpolation/pieces/cell_fitter.h"
+#include "core/interpolation/samples/voxel_blocks.h"
+#include "core/interpolation/tiles/tile_fitter.h"
 #include "core/limit/cell_bricks.h"
 #include "tests/oracle/hostile_comparisons.h"
 #include "tests/oracle/hostile_evaluated.h"

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/mesh/mid_nodes.h"
 #include "core/mesh/region_values.h"
+#include "core/mesh_import/mid_nodes.h"
 #include "tests/oracle/hostile_random.h"
 #include "tests/oracle/hostile_text.h"
 #include "tests/support/cell_regions.h"

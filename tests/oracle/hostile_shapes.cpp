@@ -6,7 +6,7 @@
 #include <array>
 #include <numbers>
 
-#include "core/mesh/models.h"
+#include "core/models/models.h"
 #include "tests/support/random_meshes.h"
 #include "tests/support/tiny_meshes.h"
 

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "core/field/material_field.h"
-#include "core/interpolation/block_faces.h"
+#include "core/interpolation/pieces/block_faces.h"
 #include "core/limit/cell_index.h"
 
 namespace ccslice::oracle {

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Pieces paint up to the flat triangles that stand for their faces. Where these are outside of a face, what lies there
-// is another cell's, or another piece's (interpolation/block_shell.h). A piece's own runs end at the triangles, so
-// these are searched for where its polynomials are off most: the solid is inverted at each place. What is painted
+// is another cell's, or another piece's (interpolation/pieces/block_shell.h). A piece's own runs end at the triangles,
+// so these are searched for where its polynomials are off most: the solid is inverted at each place. What is painted
 // beyond them, in gaps that were closed, isn't looked at here.
 
 #pragma once
@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-#include "core/interpolation/cell_fitter.h"
+#include "core/interpolation/pieces/cell_fitter.h"
 #include "core/inversion/point_inverter.h"
 #include "tests/oracle/hostile_evaluated.h"
 #include "tests/oracle/hostile_finding.h"

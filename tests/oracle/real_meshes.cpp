@@ -8,8 +8,10 @@
 #include <filesystem>
 #include <sstream>
 
-#include "core/mesh/mesh_file.h"
-#include "core/mesh/models.h"
+#include "core/base/read_file.h"
+#include "core/mesh_files/read_mesh.h"
+#include "core/mesh_import/mesh_file.h"
+#include "core/models/models.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice::oracle {

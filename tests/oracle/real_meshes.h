@@ -21,7 +21,7 @@ const std::vector<std::string>& small_real_mesh_names();
 /// Those that have edges with one hex.
 const std::vector<std::string>& real_meshes_with_convex_edges();
 
-/// The samples of core/mesh/models.h, and meshes of tests/data/meshes: of tetrahedra, as programs make them from CAD;
+/// The samples of core/models/models.h, and meshes of tests/data/meshes: of tetrahedra, as programs make them from CAD;
 /// with further files that the environment names (CCSLICE_TETRAHEDRA, paths with a colon between), as the nightly tests
 /// make them. The functions below take their names too.
 const std::vector<std::string>& sample_names();

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/limit/limit_solid.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/cell_regions.h"
@@ -158,7 +159,7 @@ void compare_voxels(const std::shared_ptr<const LimitSolid>& solid, const SliceJ
 }
 
 void expect_voxels_in_their_regions(const ControlMesh& mesh, const VoxelPitch& pitch) {
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   const RegionsInSpace space(mesh);
   SliceJob job = printed_job(mesh);
   GridRequest request;
@@ -172,7 +173,7 @@ void expect_voxels_in_their_regions(const ControlMesh& mesh, const VoxelPitch& p
 /// Voxels of a micrometre round a place of an interface: a grid of their own, for a whole one would be too large.
 void expect_micrometres_in_their_regions(const ControlMesh& mesh, const Vec3& near, std::size_t one,
                                          std::size_t other) {
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   const RegionsInSpace space(mesh);
   // Along x from a place of one region to a place of the other.
   Vec3 low = near, high = near;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "tests/oracle/subject.h"
+#include "core/prepare/prepare_solid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -24,7 +25,7 @@ Ancestry hex_child(const Ancestry& cell, int bits) {
 
 Subject::Subject(ControlMesh mesh) : control_(std::move(mesh)) {
   validate(control_);
-  solid_ = LimitSolid::prepare(control_);
+  solid_ = prepare_solid(control_);
   brute_ = to_brute_mesh(control_);
   topology_ = build_topology(brute_.cells, brute_.vertex_count());
   diagonal_mm_ = solid_->summary().bounding_box.diagonal().norm();

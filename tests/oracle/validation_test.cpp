@@ -9,6 +9,7 @@
 
 #include "core/limit/limit_solid.h"
 #include "core/mesh/validate.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/oracle/real_meshes.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -35,7 +36,7 @@ TEST_P(Invalid, MeshIsRefusedForItsReason) {
     }
   }
   EXPECT_EQ(mesh.cell_vertices, invalid.mesh.cell_vertices) << "changed although refused";
-  EXPECT_THROW(LimitSolid::prepare(invalid.mesh), Error);
+  EXPECT_THROW(prepare_solid(invalid.mesh), Error);
 }
 
 INSTANTIATE_TEST_SUITE_P(Meshes, Invalid, testing::Range<std::size_t>(0, invalid_meshes().size()),
@@ -94,7 +95,7 @@ TEST(Valid, RealMeshesThatMustBeRefusedAre) {
 TEST(Folds, AreReportedWithPlacesWhereTheLimitFolds) {
   const auto folding = read_real_mesh_ungraded("joint_limit_folds.vtk");
   if (!folding) GTEST_SKIP() << "joint_limit_folds.vtk isn't in " << CCSLICE_SHARED_MESHES_DIR;
-  const auto solid = LimitSolid::prepare(*folding);
+  const auto solid = prepare_solid(*folding);
   const SolidSummary& summary = solid->summary();
   EXPECT_GT(summary.folding_cells, 0u);
   ASSERT_FALSE(summary.folds.empty());
@@ -106,7 +107,7 @@ TEST(Folds, AreReportedWithPlacesWhereTheLimitFolds) {
   for (const std::string name : {"rod.vtk", "ellipsoid.mesh", "fertility_cmu.vtk"}) {
     const auto mesh = read_real_mesh_ungraded(name);
     if (mesh) {
-      EXPECT_EQ(LimitSolid::prepare(*mesh)->summary().folding_cells, 0u) << name;
+      EXPECT_EQ(prepare_solid(*mesh)->summary().folding_cells, 0u) << name;
     }
   }
 }

@@ -11,9 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "core/limit/deviation.h"
 #include "core/limit/limit_solid.h"
-#include "core/mesh/sharpen.h"
+#include "core/mesh_authoring/sharpen.h"
+#include "core/prepare/deviation.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/vertex_fit/vertex_fit.h"
 #include "tests/oracle/real_meshes.h"
 #include "tests/support/brute_force.h"
@@ -25,7 +26,7 @@ constexpr double kSharpAngleDeg = 40;
 
 std::vector<ControlCellId> folding_cells(ControlMesh mesh) {
   mesh.allow_folds = true;
-  return folding_control_cells(*LimitSolid::prepare(mesh));
+  return folding_control_cells(*prepare_solid(mesh));
 }
 
 class FittedRealMesh : public testing::TestWithParam<std::string> {

@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "core/inversion/point_inverter.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
 #include "core/raster/occupancy.h"
 #include "core/slicer/layer_slicer.h"
 #include "tests/oracle/real_meshes.h"

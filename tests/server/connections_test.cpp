@@ -20,8 +20,8 @@
 #include <thread>
 #include <vector>
 
-#include "server/rpc/health_client.h"
-#include "server/service/listen_socket.h"
+#include "server/rpc/server/health_client.h"
+#include "server/service/network/listen_socket.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 

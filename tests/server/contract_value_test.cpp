@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "server/rpc/contract_value.h"
+#include "server/rpc/convert/contract_value.h"
 
 #include <gtest/gtest.h>
 

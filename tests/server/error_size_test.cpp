@@ -9,8 +9,8 @@
 #include <limits>
 #include <string>
 
-#include "server/rpc/status.h"
-#include "server/service/mesh_id.h"
+#include "server/rpc/convert/status.h"
+#include "server/service/meshes/mesh_id.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 #include "tests/support/job_parts.h"

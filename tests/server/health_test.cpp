@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-#include "server/rpc/health_client.h"
+#include "server/rpc/server/health_client.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 #include "tests/support/job_parts.h"

@@ -8,11 +8,11 @@
 #include <filesystem>
 #include <fstream>
 
-#include "server/rpc/call_log.h"
-#include "server/rpc/health_client.h"
-#include "server/rpc/metrics_page.h"
-#include "server/service/access.h"
-#include "server/service/mesh_id.h"
+#include "server/rpc/calls/call_log.h"
+#include "server/rpc/server/health_client.h"
+#include "server/rpc/server/metrics_page.h"
+#include "server/service/meshes/mesh_id.h"
+#include "server/service/network/access.h"
 #include "tests/server/service/test_certificates.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "server/rpc/job_field.h"
+#include "server/rpc/convert/job_field.h"
 
 #include <gtest/gtest.h>
 

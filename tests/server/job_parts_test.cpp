@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "server/service/mesh_id.h"
+#include "server/service/meshes/mesh_id.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 

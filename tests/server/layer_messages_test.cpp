@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "server/rpc/layer_messages.h"
+#include "server/rpc/convert/layer_messages.h"
 
 #include <gtest/gtest.h>
 

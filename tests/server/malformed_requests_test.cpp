@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "core/printing/printing.h"
-#include "server/service/limits.h"
-#include "server/service/mesh_id.h"
+#include "server/service/base/limits.h"
+#include "server/service/meshes/mesh_id.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 

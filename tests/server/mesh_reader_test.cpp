@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "server/rpc/mesh_reader.h"
+#include "server/rpc/convert/mesh_reader.h"
 
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
@@ -13,6 +13,7 @@
 
 #include "ccslice/v1/mesh.pb.h"
 #include "core/base/error.h"
+#include "core/mesh/validate.h"
 #include "tests/server/test_meshes.h"
 
 namespace ccslice::server {

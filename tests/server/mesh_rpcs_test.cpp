@@ -9,8 +9,8 @@
 #include <future>
 #include <thread>
 
-#include "server/service/limits.h"
-#include "server/service/mesh_id.h"
+#include "server/service/base/limits.h"
+#include "server/service/meshes/mesh_id.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 

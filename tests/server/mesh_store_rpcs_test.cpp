@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/service/mesh_id.h"
+#include "server/service/meshes/mesh_id.h"
 #include "tests/server/service/redis_process.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "server/rpc/parsed_size.h"
+#include "server/rpc/calls/parsed_size.h"
 
 #include <google/protobuf/message.h>
 #include <google/protobuf/struct.pb.h>
@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "ccslice/v1/service.pb.h"
-#include "server/service/limits.h"
+#include "server/service/base/limits.h"
 #include "tests/server/test_server.h"
 
 namespace ccslice::server {

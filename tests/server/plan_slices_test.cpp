@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-#include "client/cli/mesh_convert.h"
+#include "client/cli/meshes/mesh_convert.h"
 #include "tests/server/plan_slices_fixture.h"
 #include "tests/support/job_parts.h"
 #include "tests/support/tiny_meshes.h"

@@ -16,9 +16,9 @@
 #include <utility>
 #include <vector>
 
-#include "client/cli/mesh_convert.h"
-#include "core/mesh/models.h"
-#include "server/service/limits.h"
+#include "client/cli/meshes/mesh_convert.h"
+#include "core/models/models.h"
+#include "server/service/base/limits.h"
 #include "tests/server/test_server.h"
 #include "tests/support/job_parts.h"
 #include "tests/support/tiny_meshes.h"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "server/rpc/preview_parts.h"
+#include "server/rpc/calls/preview_parts.h"
 
 #include <gtest/gtest.h>
 

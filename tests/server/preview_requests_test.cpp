@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "server/rpc/preview_requests.h"
+#include "server/rpc/calls/preview_requests.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "server/service/service_error.h"
+#include "server/service/base/service_error.h"
 
 namespace ccslice::server {
 namespace {

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/rpc/unknown_fields.h"
+#include "server/rpc/calls/unknown_fields.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 #include "tests/support/job_parts.h"

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "server/service/mesh_id.h"
+#include "server/service/meshes/mesh_id.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 #include "tests/support/job_parts.h"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "server/rpc/status.h"
+#include "server/rpc/convert/status.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "server/service/mesh_id.h"
+#include "server/service/meshes/mesh_id.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 

@@ -13,7 +13,7 @@
 
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
-#include "server/service/mesh_id.h"
+#include "server/service/meshes/mesh_id.h"
 #include "tests/support/job_parts.h"
 
 namespace ccslice::server {

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "ccslice/v1/service.grpc.pb.h"
-#include "server/rpc/server.h"
+#include "server/rpc/server/server.h"
 
 namespace ccslice::server {
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <thread>
 
-#include "server/service/mesh_id.h"
-#include "server/service/mesh_room.h"
+#include "server/service/meshes/mesh_id.h"
+#include "server/service/meshes/mesh_room.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 

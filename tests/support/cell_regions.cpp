@@ -9,7 +9,7 @@
 #include <map>
 #include <set>
 
-#include "core/mesh/models.h"
+#include "core/models/models.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice::oracle {

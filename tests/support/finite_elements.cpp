@@ -8,7 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "core/mesh/mid_nodes.h"
+#include "core/mesh_import/mid_nodes.h"
 
 namespace ccslice::oracle {
 namespace {

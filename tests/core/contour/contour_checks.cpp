@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/contour/contour_tracer.h"
+#include "core/limit/support.h"
 
 namespace ccslice {
 
@@ -75,7 +76,7 @@ double volume_of_layers(const LimitSolid& solid, const Placement& placement, con
   const SlicePlane axes = plane_through(Vec3::Zero(), normal);
   Mat3 to_axes;
   to_axes << axes.x_axis.transpose(), axes.y_axis.transpose(), normal.transpose();
-  const Box3 box = solid.placed_bounding_box(Placement(to_axes) * placement);
+  const Box3 box = bounding_box(solid, Placement(to_axes) * placement);
   ContourTracer tracer(solid, std::make_shared<const ContourIndex>(solid, placement, normal));
   const double pitch = box.sizes().z() / layers;
   double volume = 0;

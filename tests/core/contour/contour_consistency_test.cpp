@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "core/contour/contour.h"
+#include "core/limit/support.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/contour/contour_checks.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -15,7 +17,7 @@ namespace {
 
 class ContourConsistency : public testing::TestWithParam<oracle::TinyMesh> {
  protected:
-  std::shared_ptr<const LimitSolid> solid_ = LimitSolid::prepare(GetParam().mesh);
+  std::shared_ptr<const LimitSolid> solid_ = prepare_solid(GetParam().mesh);
 };
 
 /// A random plane through a random point of the placed box.
@@ -29,7 +31,7 @@ TEST_P(ContourConsistency, PointsLieOnTheLimitSurfaceAndInThePlane) {
   std::mt19937 random(20261121);
   for (int trial = 0; trial < 20; ++trial) {
     const Placement placement = trial % 4 == 0 ? Placement::Identity() : random_placement(random);
-    const Box3 box = solid_->placed_bounding_box(placement);
+    const Box3 box = bounding_box(*solid_, placement);
     const SlicePlane plane = random_plane(random, box);
     const ContourOptions options{.tolerance_mm = trial % 2 == 0 ? 1e-3 : 1e-2, .smallest_feature_mm = 0.03};
     const Contours contours = intersect(*solid_, placement, plane, options);

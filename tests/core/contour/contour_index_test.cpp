@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "core/limit/boundary_surface.h"
+#include "core/limit/support.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/contour/contour_checks.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -13,7 +15,7 @@ namespace ccslice {
 namespace {
 
 TEST(ContourIndex, FindsEveryFaceWhoseHullThePlaneMeets) {
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("cross_of_seven"));
+  const auto solid = prepare_solid(oracle::tiny_mesh("cross_of_seven"));
   const BoundarySurface surface(*solid);
   std::mt19937 random(9);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -22,7 +24,7 @@ TEST(ContourIndex, FindsEveryFaceWhoseHullThePlaneMeets) {
     const Vec3 normal = random_direction(random);
     const ContourIndex index(*solid, placement, normal);
     EXPECT_EQ(index.mirrored(), placement.linear().determinant() < 0);
-    const Box3 box = solid->placed_bounding_box(placement);
+    const Box3 box = bounding_box(*solid, placement);
     for (int plane = 0; plane < 20; ++plane) {
       const double height = normal.dot(box.min() + unit(random) * (box.max() - box.min()));
       std::vector<BoundaryFaceId> found, expected;
@@ -43,8 +45,8 @@ TEST(ContourIndex, FindsEveryFaceWhoseHullThePlaneMeets) {
 }
 
 TEST(ContourIndex, LiftsPlanesByAShareOfThePartsSize) {
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("box_3"));
-  const double diagonal = solid->placed_bounding_box(Placement::Identity()).diagonal().norm();
+  const auto solid = prepare_solid(oracle::tiny_mesh("box_3"));
+  const double diagonal = bounding_box(*solid, Placement::Identity()).diagonal().norm();
   EXPECT_NEAR(ContourIndex(*solid, Placement::Identity(), Vec3::UnitZ()).lift_mm(), kPlaneLift * diagonal, 1e-20);
   // Far from the origin rounding grows with the coordinates, and so does the lift.
   Placement far_away = Placement::Identity();

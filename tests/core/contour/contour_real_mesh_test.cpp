@@ -8,7 +8,10 @@
 #include <filesystem>
 #include <string>
 
-#include "core/mesh/mesh_file.h"
+#include "core/base/read_file.h"
+#include "core/mesh_files/read_mesh.h"
+#include "core/mesh_import/mesh_file.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/contour/contour_checks.h"
 
 namespace ccslice {
@@ -50,7 +53,7 @@ TEST_P(ContourRealMesh, LoopsAndTrianglesClose) {
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " isn't there";
   ControlMesh mesh = read_mesh(read_file_bytes(path, 1u << 30)).mesh;
   mesh.allow_folds = true;
-  const auto solid = LimitSolid::prepare(std::move(mesh));
+  const auto solid = prepare_solid(std::move(mesh));
   expect_loops_close(*solid);
   expect_triangles_close(*solid);
 }

@@ -14,7 +14,9 @@
 #include <optional>
 
 #include "core/contour/contour_tracer.h"
-#include "core/mesh/models.h"
+#include "core/limit/support.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/contour/contour_checks.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -27,7 +29,7 @@ std::shared_ptr<const LimitSolid> sharp_box(int nx, int ny, int nz, double size_
   ControlMesh mesh = box_mesh(nx, ny, nz, size_mm, keep);
   oracle::sharpen_by_cells(mesh, 1);
   oracle::sharpen_by_cells(mesh, 3);
-  return LimitSolid::prepare(std::move(mesh));
+  return prepare_solid(std::move(mesh));
 }
 
 Contours slice_at(const LimitSolid& solid, double z_mm, const ContourOptions& options = {}) {
@@ -120,7 +122,7 @@ TEST(Contour, PlanesThroughVerticesAndEdgesClose) {
 }
 
 TEST(Contour, RingsHaveACounterClockwiseOutsideAndAClockwiseHole) {
-  const auto ring = LimitSolid::prepare(make_ring());
+  const auto ring = prepare_solid(make_ring());
   const Contours contours = slice_at(*ring, 8);
   ASSERT_EQ(contours.loops.size(), 2u);
   const double first = signed_area(contours.loops[0]), second = signed_area(contours.loops[1]);
@@ -131,7 +133,7 @@ TEST(Contour, RingsHaveACounterClockwiseOutsideAndAClockwiseHole) {
 }
 
 TEST(Contour, MirroredPlacementsKeepTheOrientation) {
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("frame_of_eight"));
+  const auto solid = prepare_solid(oracle::tiny_mesh("frame_of_eight"));
   Placement mirrored = Placement::Identity();
   mirrored.linear()(0, 0) = -1;
   const Contours plain = slice_at(*solid, 5), flipped = intersect(*solid, mirrored, horizontal_plane(5), {});
@@ -142,12 +144,12 @@ TEST(Contour, MirroredPlacementsKeepTheOrientation) {
 
 TEST(Contour, NoLoopWiderThanAVoxelIsLostUnderATop) {
   for (const char* name : {"single_hex", "box_3", "vertex_link_icosahedron", "tagged_corners", "cross_of_seven"}) {
-    const auto solid = LimitSolid::prepare(oracle::tiny_mesh(name));
+    const auto solid = prepare_solid(oracle::tiny_mesh(name));
     std::mt19937 random(11);
     for (int trial = 0; trial < 8; ++trial) {
       Placement placement = Placement::Identity();
       placement.linear() = Eigen::AngleAxisd(trial, random_direction(random)).toRotationMatrix();
-      const double top = solid->placed_bounding_box(placement).max().z();
+      const double top = bounding_box(*solid, placement).max().z();
       for (double depth = 1e-7; depth < 1; depth *= 3) {
         const SlicePlane plane = horizontal_plane(top - depth);
         const ContourOptions fine{.tolerance_mm = 1e-4, .smallest_feature_mm = 1e-3};
@@ -164,7 +166,7 @@ TEST(Contour, NoLoopWiderThanAVoxelIsLostUnderATop) {
 
 TEST(Contour, LoopsPartAtSaddles) {
   // A U of three cells by two: two towers on a bridge. Between valley and tops there are two loops, below one.
-  const auto towers = LimitSolid::prepare(box_mesh(3, 1, 2, 10, [](int i, int, int k) { return k == 0 || i != 1; }));
+  const auto towers = prepare_solid(box_mesh(3, 1, 2, 10, [](int i, int, int k) { return k == 0 || i != 1; }));
   const auto loops_at = [&](double z) { return slice_at(*towers, z).loops.size(); };
   double one = 2, two = 14;
   ASSERT_EQ(loops_at(one), 1u);
@@ -187,7 +189,7 @@ TEST(Contour, EveryPlaneThroughAFaceCornerIsSafe) {
   std::size_t planes = 0;
   for (const auto& mesh :
        {box_mesh(1, 1, 1), box_mesh(3, 3, 1), oracle::fan_mesh(5, 1, 2), oracle::fan_mesh(3, 2, 2)}) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     LimitEvaluator evaluator(*solid);
     const BoundarySurface surface(*solid);
     for (BoundaryFaceId face; face < surface.faces().size(); face += 3) {
@@ -206,7 +208,7 @@ TEST(Contour, EveryPlaneThroughAFaceCornerIsSafe) {
 }
 
 TEST(Contour, ALayerDependsOnNothingBeforeIt) {
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("cross_of_seven"));
+  const auto solid = prepare_solid(oracle::tiny_mesh("cross_of_seven"));
   const auto index = std::make_shared<const ContourIndex>(*solid, Placement::Identity(), Vec3::UnitZ());
   ContourTracer tracer(*solid, index);
   std::vector<Contours> upwards;
@@ -219,7 +221,7 @@ TEST(Contour, ALayerDependsOnNothingBeforeIt) {
 }
 
 TEST(Contour, ATracerFollowsPlanesOfOtherNormals) {
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("cross_of_seven"));
+  const auto solid = prepare_solid(oracle::tiny_mesh("cross_of_seven"));
   std::optional<ContourTracer> tracer;
   for (int turn = 0; turn < 12; ++turn) {
     // Back to the first one as well.
@@ -230,7 +232,7 @@ TEST(Contour, ATracerFollowsPlanesOfOtherNormals) {
     } else {
       tracer.emplace(*solid, index);
     }
-    const SlicePlane plane = horizontal_plane(solid->placed_bounding_box(placement).center().z() + 0.7);
+    const SlicePlane plane = horizontal_plane(bounding_box(*solid, placement).center().z() + 0.7);
     const Contours fresh = intersect(*solid, placement, plane, {});
     EXPECT_FALSE(fresh.loops.empty()) << turn;
     EXPECT_TRUE(same_bytes(tracer->trace(plane, {}), fresh)) << turn;
@@ -238,7 +240,7 @@ TEST(Contour, ATracerFollowsPlanesOfOtherNormals) {
 }
 
 TEST(Contour, CancelsWhenAsked) {
-  const auto solid = LimitSolid::prepare(box_mesh(2, 2, 2));
+  const auto solid = prepare_solid(box_mesh(2, 2, 2));
   ContourOptions options;
   options.cancel = CancellationToken::make();
   options.cancel.cancel();

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/limit/limit_solid.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/mesh/expect_error.h"
 #include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"
@@ -81,7 +82,7 @@ TEST(RegionLoops, RunClockwiseRoundWhatARegionLeavesOpen) {
 TEST(RegionLoops, OfMeshesShareTheirArea) {
   for (const oracle::RegionMesh& given : oracle::region_meshes()) {
     SCOPED_TRACE(given.name);
-    const auto solid = LimitSolid::prepare(given.mesh);
+    const auto solid = prepare_solid(given.mesh);
     const Box3 box = solid->summary().bounding_box;
     SlicePlane plane;
     plane.origin = Vec3(0, 0, box.center().z() + 0.013);
@@ -101,7 +102,7 @@ TEST(RegionLoops, OfMeshesShareTheirArea) {
 /// Twice the area in the contours of a mesh, in this plane.
 double area_2(const ControlMesh& mesh, const SlicePlane& plane) {
   double area = 0;
-  for (const ContourLoop& loop : intersect(*LimitSolid::prepare(mesh), Placement::Identity(), plane, {}).loops) {
+  for (const ContourLoop& loop : intersect(*prepare_solid(mesh), Placement::Identity(), plane, {}).loops) {
     std::vector<Vec2> points;
     for (const ContourPoint& point : loop.points) points.push_back(point.xy);
     area += area_2(points);
@@ -124,7 +125,7 @@ TEST(RegionLoops, CloseWhereCellsAreInverted) {
     };
     const int count = static_cast<int>(ends.size()) + 1;
     const ControlMesh mesh = oracle::with_regions(row, count, region_at);
-    const Contours contours = intersect(*LimitSolid::prepare(mesh), Placement::Identity(), plane, {});
+    const Contours contours = intersect(*prepare_solid(mesh), Placement::Identity(), plane, {});
     std::vector<double> areas(static_cast<std::size_t>(count));
     for (const RegionLoop& loop : join_region_loops(contours.region_edges)) areas[loop.region] += area_2(loop.points);
     for (int region = 0; region < count; ++region) {

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/contour/surface_points.h"
 
 namespace ccslice {
@@ -135,7 +136,7 @@ struct SingleLeaf {
 
 class CrossingOfACubic : public testing::Test {
  protected:
-  CrossingOfACubic() : solid_(LimitSolid::prepare(oracle::tiny_mesh("box_3"))), surface_(*solid_), solver_(surface_) {
+  CrossingOfACubic() : solid_(prepare_solid(oracle::tiny_mesh("box_3"))), surface_(*solid_), solver_(surface_) {
     solver_.start({}, 0);
   }
   double of(const std::array<double, 4>& z, PlaneSide from, PlaneSide to) {

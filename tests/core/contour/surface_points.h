@@ -16,6 +16,7 @@
 #include "core/contour/bezier_net.h"
 #include "core/limit/boundary_surface.h"
 #include "core/limit/limit_evaluator.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/contour/contour_checks.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -35,7 +36,7 @@ inline constexpr std::array kSurfaceMeshes = {"box_3",
 class SurfacePoints {
  public:
   SurfacePoints(const ControlMesh& mesh, std::uint32_t seed)
-      : solid_(LimitSolid::prepare(mesh)), surface(*solid_), evaluator_(*solid_) {
+      : solid_(prepare_solid(mesh)), surface(*solid_), evaluator_(*solid_) {
     std::mt19937 random(seed);
     const SlicePlane plane = plane_through(Vec3::Zero(), random_direction(random));
     axes.linear.row(0) = plane.x_axis;

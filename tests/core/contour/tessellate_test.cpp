@@ -8,7 +8,8 @@
 #include <limits>
 #include <string>
 
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/contour/contour_checks.h"
 #include "tests/support/allocation_count.h"
 #include "tests/support/bfr_surface.h"
@@ -27,7 +28,7 @@ ErrorCode error_of(const LimitSolid& solid, const TessellationOptions& options) 
 }
 
 TEST(Tessellate, ASharpBoxTakesTwoTrianglesAFace) {
-  const auto box = LimitSolid::prepare(make_box());
+  const auto box = prepare_solid(make_box());
   const Triangulation triangles = triangulate(*box, Placement::Identity(), {});
   EXPECT_EQ(triangles.summary.triangles, 2u * 2u * (6u * 4u + 6u * 2u + 4u * 2u));
   EXPECT_EQ(unmatched_edges(triangles.all), 0u);
@@ -35,7 +36,7 @@ TEST(Tessellate, ASharpBoxTakesTwoTrianglesAFace) {
 }
 
 TEST(Tessellate, MirroredPlacementsStayOutward) {
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("edge_valence_5_inside"));
+  const auto solid = prepare_solid(oracle::tiny_mesh("edge_valence_5_inside"));
   Placement mirrored = Placement::Identity();
   mirrored.linear()(1, 1) = -1;
   const double volume = signed_volume(triangulate(*solid, Placement::Identity(), {}).all);
@@ -48,7 +49,7 @@ TEST(Tessellate, VerticesLieOnTheLimitWithItsChannels) {
   mesh.channel_names.clear();
   mesh.channel_values.clear();
   oracle::grade_by_coordinates(mesh);
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   LimitEvaluator evaluator(*solid);
   const TessellationChunk all = triangulate(*solid, Placement::Identity(), {}).all;
   ASSERT_EQ(all.channel_values.size(), 3 * all.positions.size());
@@ -65,7 +66,7 @@ TEST(Tessellate, TrianglesLieWithinTheToleranceOfOpenSubdivsSurface) {
     const oracle::BfrSurface surface(mesh, oracle::build_topology(mesh.cells, mesh.vertex_count()));
     const oracle::NearestOnSurface nearest(surface, 16);
     const TessellationChunk all =
-        triangulate(*LimitSolid::prepare(control), Placement::Identity(), {.tolerance_mm = 0.05}).all;
+        triangulate(*prepare_solid(control), Placement::Identity(), {.tolerance_mm = 0.05}).all;
     double worst = 0;
     for (std::size_t k = 0; k < all.triangles.size(); k += 7) {
       const auto& [a, b, c] = all.triangles[k];
@@ -76,7 +77,7 @@ TEST(Tessellate, TrianglesLieWithinTheToleranceOfOpenSubdivsSurface) {
 }
 
 TEST(Tessellate, ChunksHoldWhatWasAskedFor) {
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("box_2"));
+  const auto solid = prepare_solid(oracle::tiny_mesh("box_2"));
   const Triangulation whole = triangulate(*solid, Placement::Identity(), {.chunk_triangles = 1u << 30});
   const Triangulation pieces = triangulate(*solid, Placement::Identity(), {.chunk_triangles = 100});
   EXPECT_EQ(whole.chunks, 1u);
@@ -109,17 +110,17 @@ void expect_bounds(const std::string& what, const LimitSolid& solid, double tole
 
 TEST(Tessellate, IsBoundedBeforeItIsMade) {
   for (const SampleModel& model : sample_models()) {
-    const auto solid = LimitSolid::prepare(model.make());
+    const auto solid = prepare_solid(model.make());
     for (const double tolerance_mm : {1.0, 0.1}) expect_bounds(std::string(model.name), *solid, tolerance_mm);
   }
   for (const char* name : {"single_hex", "concave_corner", "sharp_cross", "vertex_link_icosahedron"}) {
-    const auto solid = LimitSolid::prepare(oracle::tiny_mesh(name));
+    const auto solid = prepare_solid(oracle::tiny_mesh(name));
     for (const double tolerance_mm : {100.0, 0.1, 1e-3}) expect_bounds(name, *solid, tolerance_mm);
   }
 }
 
 TEST(Tessellate, RefusesTolerancesThatMakeNoSense) {
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("box_2"));
+  const auto solid = prepare_solid(oracle::tiny_mesh("box_2"));
   for (const double tolerance_mm :
        {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     EXPECT_EQ(error_of(*solid, {.tolerance_mm = tolerance_mm}), ErrorCode::kToleranceInvalid);

@@ -10,6 +10,8 @@
 #include <random>
 #include <vector>
 
+#include "core/limit/support.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -71,7 +73,7 @@ Compared compare_rows(const Solid& solid, const Placement& placement, unsigned s
   LimitEvaluator evaluator(*solid);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> share(0, 1), direction(-1, 1);
-  const Box3 box = solid->placed_bounding_box(placement);
+  const Box3 box = bounding_box(*solid, placement);
   Compared compared;
   SolvedRow row;
   std::vector<double> alone(kChannels);
@@ -95,7 +97,7 @@ Compared compare_rows(const Solid& solid, const Placement& placement, unsigned s
 
 void expect_exact(const ControlMesh& mesh, const Placement& placement, const std::string& name) {
   constexpr unsigned kSeed = 4;
-  const Compared compared = compare_rows(LimitSolid::prepare(mesh), placement, kSeed);
+  const Compared compared = compare_rows(prepare_solid(mesh), placement, kSeed);
   EXPECT_LT(compared.worst, kOfRange) << name << ", seed " << kSeed;
   EXPECT_GT(compared.points, 500u) << name;
 }

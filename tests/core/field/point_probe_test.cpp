@@ -13,7 +13,8 @@
 #include "core/base/error.h"
 #include "core/field/material_field.h"
 #include "core/limit/limit_evaluator.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 
 namespace ccslice {
 namespace {
@@ -58,7 +59,7 @@ class PointProbeTest : public testing::Test {
     return result;
   }
 
-  std::shared_ptr<const LimitSolid> solid_ = LimitSolid::prepare(make_engine());
+  std::shared_ptr<const LimitSolid> solid_ = prepare_solid(make_engine());
   const Placement placement_ =
       Placement(Eigen::Translation3d(3, -20, 7) * Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()) *
                 Eigen::Scaling(1.0, 1.5, 0.8));

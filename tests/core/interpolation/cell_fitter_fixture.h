@@ -16,8 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "core/interpolation/cell_fitter.h"
+#include "core/interpolation/pieces/cell_fitter.h"
 #include "core/limit/solid_data.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -88,7 +89,7 @@ class CellFitterTest : public testing::Test {
 
   void take(ControlMesh mesh, const std::vector<Function>& channels, const Options& options) {
     grade(mesh, channels);
-    solid_ = LimitSolid::prepare(mesh);
+    solid_ = prepare_solid(mesh);
     evaluator_.emplace(*solid_);
     GridRequest request;
     request.pitch = {options.pitch_mm.x(), options.pitch_mm.y(), options.pitch_mm.z()};

@@ -9,8 +9,8 @@
 #include <memory>
 #include <utility>
 
-#include "core/interpolation/piece_finder.h"
-#include "core/interpolation/slab_pieces.h"
+#include "core/interpolation/pieces/piece_finder.h"
+#include "core/interpolation/pieces/slab_pieces.h"
 
 namespace ccslice {
 

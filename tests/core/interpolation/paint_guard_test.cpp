@@ -13,7 +13,8 @@
 
 #include "core/interpolation/slab_materials.h"
 #include "core/job/slice_job.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/slicer/test_jobs.h"
 
 namespace ccslice {
@@ -43,7 +44,7 @@ class ShiftedField final : public MaterialField {
 class PaintGuardTest : public testing::Test {
  protected:
   PaintGuardTest()
-      : solid_(LimitSolid::prepare(make_box())),
+      : solid_(prepare_solid(make_box())),
         job_(job_of(solid_, {0.15, 0.15, 0.15})),
         spec_{job_.placement, job_.grid, {{0, 1e-3}}, 2e-3},
         field_(make_material_field(solid_, job_.placement, 2e-3)) {}

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pieces of cells (core/interpolation/cell_fitter.h) if all is to be proved.
+// Pieces of cells (core/interpolation/pieces/cell_fitter.h) if all is to be proved.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/interpolation/voxel_blocks.h"
+#include "core/interpolation/samples/voxel_blocks.h"
 #include "tests/core/interpolation/cell_fitter_fixture.h"
 
 namespace ccslice {

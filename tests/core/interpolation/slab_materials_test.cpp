@@ -15,7 +15,8 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/cell_regions.h"
@@ -81,7 +82,7 @@ Placement tilted() {
 TEST(SlabMaterials, PaintASmoothBoxWithinTheTolerance) {
   ControlMesh mesh = oracle::box_mesh(2, 3, 2);
   oracle::grade_by_coordinates(mesh);
-  const Solid solid = LimitSolid::prepare(mesh);
+  const Solid solid = prepare_solid(mesh);
   for (const Placement& placement : {Placement(Placement::Identity()), tilted()}) {
     const Comparison found = compare(solid, job_of(solid, {0.3, 0.35, 0.25}, placement));
     EXPECT_LE(found.worst, kSlabTolerance);
@@ -93,7 +94,7 @@ TEST(SlabMaterials, InvertWhereTheSolidFolds) {
   ControlMesh mesh = oracle::folding_box_mesh();
   mesh.allow_folds = true;
   oracle::grade_by_coordinates(mesh);
-  const Solid solid = LimitSolid::prepare(mesh);
+  const Solid solid = prepare_solid(mesh);
   const Comparison found = compare(solid, job_of(solid, {0.8, 0.8, 0.8}));
   EXPECT_LE(found.worst, kSlabTolerance);
   EXPECT_LT(found.interpolated, found.voxels);
@@ -112,7 +113,7 @@ TEST(SlabMaterials, KeepTheToleranceAtTwistedFaces) {
       mesh.channel_values.push_back(static_cast<float>(0.5 + 0.1 * of_layer + 0.07 * x * x * y - 0.05 * w * x));
       p.z() = kHeight * w + 10 * kHeight * x * y;
     }
-    const Solid solid = LimitSolid::prepare(mesh);
+    const Solid solid = prepare_solid(mesh);
     SliceJob job = job_of(solid, {0.25, 0.25, kHeight / 3.3});
     for (double tolerance = 0.04; tolerance > 3e-4; tolerance /= 1.5) {
       job.material_tolerance = tolerance;
@@ -123,7 +124,7 @@ TEST(SlabMaterials, KeepTheToleranceAtTwistedFaces) {
 
 // Cells of some hundred voxels.
 TEST(SlabMaterials, LeaveSmallCellsToTiles) {
-  const Solid solid = LimitSolid::prepare(make_ring({64, 16, 16}));
+  const Solid solid = prepare_solid(make_ring({64, 16, 16}));
   const Comparison found = compare(solid, job_of(solid, {0.3, 0.3, 0.3}));
   EXPECT_LE(found.worst, kSlabTolerance);
   EXPECT_GT(found.interpolated, 0u);
@@ -141,7 +142,7 @@ TEST(SlabMaterials, SeeWhatASingleControlPointHolds) {
     const bool bump = is_every_sixth(0) && is_every_sixth(1) && std::lround(at.z()) == 4;
     mesh.channel_values.push_back(static_cast<float>(at.x() / 24 + (bump ? 4.4 * kSlabTolerance : 0)));
   }
-  const Solid solid = LimitSolid::prepare(mesh);
+  const Solid solid = prepare_solid(mesh);
   const Comparison found =
       compare(solid, job_of(solid, {0.05, 0.05, 0.05}), std::vector<std::uint32_t>{38, 46, 47, 48, 54});
   EXPECT_LE(found.worst, kSlabTolerance);
@@ -158,7 +159,7 @@ TEST(SlabMaterials, KeepTheToleranceInVoxelsOfUnequalSides) {
          {p.z() / 3, std::sqrt((1 + x * x) / 2), 0.5 + 0.5 * std::sin(p.x() / 6 + p.y() * p.z() / 3)})
       mesh.channel_values.push_back(static_cast<float>(value));
   }
-  const Solid solid = LimitSolid::prepare(mesh);
+  const Solid solid = prepare_solid(mesh);
   SliceJob job = job_of(solid, {0.1073067024728656, 0.013619929671635878, 0.02826310380267215});
   job.planes.push_back(channel(1, SampleType::kFloat32));
   job.planes.push_back(channel(2, SampleType::kFloat32));
@@ -179,7 +180,7 @@ TEST(SlabMaterials, SeeErrorsBetweenTheNodes) {
     mesh.channel_values.push_back(static_cast<float>(x * x * x));
     p.x() += 20 * x * x * x;
   }
-  const Solid solid = LimitSolid::prepare(mesh);
+  const Solid solid = prepare_solid(mesh);
   SliceJob job = job_of(solid, {0.1, 0.7, 0.7});
   for (double tolerance = 1.0 / 256; tolerance > 1e-6; tolerance /= 1.5) {
     job.material_tolerance = tolerance;
@@ -194,7 +195,7 @@ TEST(SlabMaterials, KeepTheToleranceInThinSteepCells) {
     double coarser, tolerance;  // Times the printer's pitch.
     std::vector<std::uint32_t> layers;
   };
-  const Solid solid = LimitSolid::prepare(make_engine());
+  const Solid solid = prepare_solid(make_engine());
   for (const auto& [coarser, tolerance, layers] :
        {Case{1, kSlabTolerance, {11, 35, 179, 219}}, Case{3, kSlabTolerance, {12, 23, 165, 177}},
         Case{4, kSlabTolerance, {17, 60}}, Case{3, 4e-3, {161, 163}}, Case{2, 2e-3, {26, 53, 89}}}) {
@@ -260,7 +261,7 @@ ControlMesh coated_ring() {
 
 // Flat triangles of the ring's pieces reach into the coat, whose cells are too small for pieces.
 TEST(SlabMaterials, PaintNothingBeyondAnInterface) {
-  const Solid solid = LimitSolid::prepare(coated_ring());
+  const Solid solid = prepare_solid(coated_ring());
   const Comparison found = compare(solid, job_of(solid, {0.15, 0.15, 0.3}));
   EXPECT_LE(found.worst, kSlabTolerance);
   EXPECT_GT(static_cast<double>(found.interpolated), 0.8 * static_cast<double>(found.voxels));
@@ -275,7 +276,7 @@ TEST(SlabMaterials, PaintNothingBeyondASlit) {
     const Rings rings{radii.size(), 5, [&](auto ring, auto level) { return Vec3(radii[ring], 0, 2 * level); },
                       [](auto ring, auto level) { return ring != kSlit || level < 1; },
                       [](auto ring, auto level) { return ring <= kSlit && level >= 2 ? 1 : 0; }};
-    const Solid solid = LimitSolid::prepare(rings.mesh());
+    const Solid solid = prepare_solid(rings.mesh());
     const Comparison found = compare(solid, job_of(solid, {0.15, 0.15, 0.4}));
     EXPECT_LE(found.worst, kSlabTolerance) << gap;
     EXPECT_GT(static_cast<double>(found.interpolated), 0.5 * static_cast<double>(found.voxels)) << gap;
@@ -292,7 +293,7 @@ TEST(SlabMaterials, FollowNoSmoothMaterialIntoThinCells) {
                         return Vec3(20 + (kRadii[ring] - 20) * (1 - (1 - thinnest) * level / 2), 0, 2 * level);
                       },
                       [](auto, auto) { return true; }, [](auto ring, auto) { return ring <= 2 ? 1 : 0; }};
-    const Solid solid = LimitSolid::prepare(rings.mesh());
+    const Solid solid = prepare_solid(rings.mesh());
     SliceJob job = job_of(solid, {0.15, 0.15, 0.15});
     job.material_tolerance = 1.0 / 65536;
     const Comparison found = compare(solid, job);
@@ -303,7 +304,7 @@ TEST(SlabMaterials, FollowNoSmoothMaterialIntoThinCells) {
 
 class PaintedSlabs : public testing::Test {
  protected:
-  PaintedSlabs() : solid_(LimitSolid::prepare(make_bracket())), job_(job_of(solid_, {0.3, 0.3, 0.25})) {
+  PaintedSlabs() : solid_(prepare_solid(make_bracket())), job_(job_of(solid_, {0.3, 0.3, 0.25})) {
     job_.material_tolerance = kSlabTolerance;
   }
   Solid solid_;

@@ -19,9 +19,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/interpolation/tile_painter.h"
-#include "core/interpolation/tile_tree.h"
-#include "core/interpolation/tile_tree_builder.h"
+#include "core/interpolation/tiles/tile_painter.h"
+#include "core/interpolation/tiles/tile_tree.h"
+#include "core/interpolation/tiles/tile_tree_builder.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -112,7 +113,7 @@ class TilesTest : public testing::Test {
   }
 
   void take(const ControlMesh& mesh) {
-    solid_ = LimitSolid::prepare(mesh);
+    solid_ = prepare_solid(mesh);
     GridRequest request;
     request.pitch = {0.1, 0.12, 0.09};
     grid_ = plan_grid(*solid_, Placement::Identity(), request);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/limit/limit_evaluator.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -33,7 +34,7 @@ class CellCandidates : public testing::Test {
     return LimitEvaluator(*solid_).geo({cell, Vec3(u(random_), u(random_), u(random_))});
   }
 
-  std::shared_ptr<const LimitSolid> solid_ = LimitSolid::prepare(oracle::tiny_mesh("hollow_cube"));
+  std::shared_ptr<const LimitSolid> solid_ = prepare_solid(oracle::tiny_mesh("hollow_cube"));
   std::mt19937 random_{kCandidateSeed};
 };
 
@@ -71,7 +72,7 @@ TEST_F(CellCandidates, AreTheFirstIfThereIsRoomForFew) {
 TEST_F(CellCandidates, OfTheLowestPartComeFirst) {
   ControlMesh mesh = oracle::box_mesh(2, 2, 2);
   oracle::append_mesh(mesh, oracle::box_mesh(2, 2, 2), Vec3(5, 5, 5));
-  solid_ = LimitSolid::prepare(mesh);
+  solid_ = prepare_solid(mesh);
   const double all_mm = solid_->summary().bounding_box.diagonal().norm();
   const std::vector<Candidate> found = collect(Vec3(20, 20, 20), all_mm, CandidateOrder::kLowestPart);
   const auto part = [&](const Candidate& c) { return solid_->index().parts[c.cell]; };

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -17,7 +18,7 @@ namespace {
 TEST(NearestPlace, IsOnTheFaceTheEdgeOrTheCorner) {
   ControlMesh mesh = oracle::box_mesh(1, 1, 1);
   oracle::sharpen_by_cells(mesh, 1);
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   LimitEvaluator evaluator(*solid);
   const Acceptance acceptance(*solid, 1e-9);
   for (const auto& [point, place] : {std::pair(Vec3(-2, 3, 4), Vec3(0, 0.3, 0.4)),
@@ -35,7 +36,7 @@ TEST(NearestPlace, IsOnTheFaceTheEdgeOrTheCorner) {
 /// Just off the smooth edges of a lone cube, where two columns of the Jacobian are parallel: the nearest place is on a
 /// face, from where the way to the point is perpendicular, or on an edge between two.
 TEST(NearestPlace, IsTheFootOfThePerpendicularBesideSmoothEdges) {
-  const auto solid = LimitSolid::prepare(oracle::box_mesh(1, 1, 1));
+  const auto solid = prepare_solid(oracle::box_mesh(1, 1, 1));
   LimitEvaluator evaluator(*solid);
   const Acceptance acceptance(*solid, 1e-6);
   std::mt19937 random(1);
@@ -64,7 +65,7 @@ TEST(NearestPlace, IsTheFootOfThePerpendicularBesideSmoothEdges) {
 TEST(NearestPlace, IsTheSameFromAnyStart) {
   std::size_t tried = 0;
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     if (solid->summary().folding_cells > 0) continue;
     LimitEvaluator evaluator(*solid);
     const Acceptance acceptance(*solid, 1e-6);
@@ -94,7 +95,7 @@ TEST(NearestPlace, IsTheSameFromAnyStart) {
 
 TEST(NearestPlace, NeverLeavesTheCellAndNeverGetsFarther) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     LimitEvaluator evaluator(*solid);
     const Acceptance acceptance(*solid, 1e-9);
     for (LimitCellId c; c < solid->cell_count(); c += 3) {

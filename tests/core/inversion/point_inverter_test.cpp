@@ -17,7 +17,8 @@
 
 #include "core/base/error.h"
 #include "core/limit/boundary_surface.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -35,7 +36,7 @@ TEST(PointInverter, FindsEveryEvaluatedPointOfTheCatalogue) {
   std::mt19937 random(21);
   std::uniform_real_distribution<double> u(0, 1), exponent(0, 20);
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     PointInverter inverter(*solid);
     LimitEvaluator evaluator(*solid);
     std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
@@ -79,7 +80,7 @@ CellParam towards_middle(const CellParam& at) { return {at.cell, 0.2 * Vec3::Con
 // Nearer to a face between cells than a point may lie outside the solid: the nearest parameter in the cell behind the
 // face won't do.
 TEST(PointInverter, FindsPointsBesideFacesBetweenCells) {
-  const auto solid = LimitSolid::prepare(make_engine());
+  const auto solid = prepare_solid(make_engine());
   PointInverter inverter(*solid);
   LimitEvaluator evaluator(*solid);
   std::mt19937 random(7);
@@ -94,7 +95,7 @@ TEST(PointInverter, FindsPointsBesideFacesBetweenCells) {
 
 // Also from the other side of such a face, and beside the boundary.
 TEST(PointInverter, FindsPointsBesideFacesFromHintsNearby) {
-  const auto solid = LimitSolid::prepare(make_engine());
+  const auto solid = prepare_solid(make_engine());
   PointInverter inverter(*solid);
   LimitEvaluator evaluator(*solid);
   std::mt19937 random(8);
@@ -114,7 +115,7 @@ TEST(PointInverter, FindsPointsBesideFacesFromHintsNearby) {
 TEST(PointInverter, UsesAHintInTheSameCell) {
   ControlMesh mesh = oracle::box_mesh(3, 3, 3);
   oracle::sharpen_by_cells(mesh, 1);
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   PointInverter inverter(*solid);
   const auto first = inverter.invert(Vec3(15, 15, 15));
   ASSERT_TRUE(first);
@@ -131,7 +132,7 @@ TEST(PointInverter, UsesAHintInTheSameCell) {
 TEST(PointInverter, TakesTheNearestParameterJustOutsideAndNothingFarther) {
   ControlMesh mesh = oracle::box_mesh(2, 2, 2);
   oracle::sharpen_by_cells(mesh, 1);
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   InversionOptions options;
   options.outside_mm = 0.01;
   PointInverter inverter(*solid, options);
@@ -146,7 +147,7 @@ TEST(PointInverter, TakesTheNearestParameterJustOutsideAndNothingFarther) {
 // Off a face the foot of the perpendicular is the answer, which a hint leads to without looking at other cells.
 TEST(PointInverter, EndsAtTheFaceBelowAPointThatAHintLeadsTo) {
   constexpr double kOffMm = 1e-3;
-  const auto solid = LimitSolid::prepare(make_engine());
+  const auto solid = prepare_solid(make_engine());
   const BoundarySurface surface(*solid);
   PointInverter inverter(*solid), fresh(*solid);
   LimitEvaluator evaluator(*solid);
@@ -175,7 +176,7 @@ TEST(PointInverter, EndsAtTheFaceBelowAPointThatAHintLeadsTo) {
 // Touching, and so near to it that their boxes don't meet.
 TEST(PointInverter, FindsWhatAnotherPartHoldsBeyondTheFaceThatAHintLeadsTo) {
   for (const double gap_mm : {0.0, 1e-7, 5e-4}) {
-    const auto solid = LimitSolid::prepare(two_boxes(Vec3(30 + gap_mm, 0, 0)));
+    const auto solid = prepare_solid(two_boxes(Vec3(30 + gap_mm, 0, 0)));
     PointInverter inverter(*solid);
     const auto hint = inverter.invert(Vec3(29, 14, 16));
     ASSERT_TRUE(hint);
@@ -189,7 +190,7 @@ TEST(PointInverter, FindsWhatAnotherPartHoldsBeyondTheFaceThatAHintLeadsTo) {
 
 // Off both of them.
 TEST(PointInverter, TakesTheNearerFaceOfASlitWhateverTheHint) {
-  const auto solid = LimitSolid::prepare(two_boxes(Vec3(30.0015, 0, 0)));
+  const auto solid = prepare_solid(two_boxes(Vec3(30.0015, 0, 0)));
   PointInverter inverter(*solid);
   const auto first = inverter.invert(Vec3(29, 14, 16)), second = inverter.invert(Vec3(31, 14, 16));
   ASSERT_TRUE(first && second);
@@ -210,7 +211,7 @@ TEST(PointInverter, FindsWhatAnotherArmHoldsBeyondTheFaceThatAHintLeadsTo) {
     const double lean = std::clamp((p.z() - 20) / 40, 0.0, 1.0);
     p.x() += p.x() < 35 ? 8 * lean : -8 * lean;
   }
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   ASSERT_EQ(solid->summary().folding_cells + solid->summary().undecided_cells, 0u);
   const BoundarySurface surface(*solid);
   PointInverter inverter(*solid), fresh(*solid);
@@ -236,7 +237,7 @@ TEST(PointInverter, FindsWhatAnotherArmHoldsBeyondTheFaceThatAHintLeadsTo) {
 TEST(PointInverter, GivesFoldedPlacesToTheLowestCellWhateverTheHint) {
   ControlMesh mesh = oracle::folding_box_mesh();
   mesh.allow_folds = true;
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   ASSERT_GT(solid->summary().folding_cells, 0u);
   PointInverter inverter(*solid);
   const Vec3 point = solid->summary().folds.front().position;
@@ -251,7 +252,7 @@ TEST(PointInverter, GivesFoldedPlacesToTheLowestCellWhateverTheHint) {
 }
 
 TEST(PointInverter, GivesOverlapsOfAPartToItsLowestCellWhateverTheHint) {
-  const auto solid = LimitSolid::prepare(oracle::spiral(-0.3));
+  const auto solid = prepare_solid(oracle::spiral(-0.3));
   ASSERT_EQ(solid->summary().folding_cells + solid->summary().undecided_cells, 0u);
   PointInverter inverter(*solid);
   std::mt19937 random(3);
@@ -275,7 +276,7 @@ TEST(PointInverter, GivesOverlapsOfAPartToItsLowestCellWhateverTheHint) {
 }
 
 TEST(PointInverter, GivesOverlapsToThePartWithTheLowestCellWhateverTheHint) {
-  const auto solid = LimitSolid::prepare(two_boxes(Vec3(13, 14, 12)));
+  const auto solid = prepare_solid(two_boxes(Vec3(13, 14, 12)));
   ASSERT_EQ(solid->summary().folding_cells + solid->summary().undecided_cells, 0u);
   PointInverter inverter(*solid);
   std::mt19937 random(3);
@@ -296,7 +297,7 @@ TEST(PointInverter, GivesOverlapsToThePartWithTheLowestCellWhateverTheHint) {
 }
 
 TEST(PointInverter, StandsPointsThatArentFinite) {
-  const auto solid = LimitSolid::prepare(oracle::box_mesh(2, 2, 2));
+  const auto solid = prepare_solid(oracle::box_mesh(2, 2, 2));
   PointInverter inverter(*solid);
   EXPECT_FALSE(inverter.invert(Vec3(std::nan(""), 0, 0)));
   EXPECT_FALSE(inverter.invert(Vec3(0, INFINITY, 0)));
@@ -325,7 +326,7 @@ std::vector<Vec3> scattered_points(const LimitSolid& solid, double outside_mm, i
 void expect_batch_equals_one_by_one(const ControlMesh& mesh, const std::string& name, int count) {
   constexpr unsigned kSeed = 23;
   std::mt19937 random(kSeed);
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   InversionOptions options;
   const std::vector<Vec3> points = scattered_points(*solid, options.outside_mm, count, random);
   PointInverter one_by_one(*solid, options);
@@ -366,7 +367,7 @@ std::shared_ptr<const LimitSolid> folding_crowd() {
   ControlMesh mesh = oracle::box_mesh(8, 8, 8);
   oracle::jitter(mesh, 11, kCrowdSeed);
   mesh.allow_folds = true;
-  return LimitSolid::prepare(mesh);
+  return prepare_solid(mesh);
 }
 
 // Within the whole size of the part all cells count as near: far too many to be searched.
@@ -421,7 +422,7 @@ TEST(PointInverter, TakesAPlaceJustBelowAPointOffASolidThatFoldsWhereAllCellsCom
 }
 
 TEST(PointInverter, ABatchStopsWhenCancelled) {
-  const auto solid = LimitSolid::prepare(make_box());
+  const auto solid = prepare_solid(make_box());
   PointInverter inverter(*solid);
   const CancellationToken cancel = CancellationToken::make();
   cancel.cancel();

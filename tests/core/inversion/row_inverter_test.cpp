@@ -10,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -24,7 +25,7 @@ std::shared_ptr<const LimitSolid> coordinate_solid(ControlMesh mesh) {
     for (double& coordinate : p) coordinate = std::round(1024 * coordinate) / 1024;
   }
   oracle::grade_by_coordinates(mesh);
-  return LimitSolid::prepare(std::move(mesh));
+  return prepare_solid(std::move(mesh));
 }
 
 struct Rows {
@@ -104,7 +105,7 @@ void expect_alike(double scale) {
   std::size_t compared = 0;
   for (auto [name, mesh] : oracle::tiny_meshes()) {
     for (Vec3& p : mesh.positions) p *= scale;
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     if (solid->channel_count() == 0) continue;
     Rows rows(*solid);
     LimitEvaluator evaluator(*solid);
@@ -167,7 +168,7 @@ TEST(RowInverter, SaysWhichPointsItDoesNotReach) {
 TEST(RowInverter, GivesFoldedPlacesToTheLowestCell) {
   ControlMesh mesh = oracle::folding_box_mesh();
   mesh.allow_folds = true;
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   ASSERT_GT(solid->summary().folding_cells, 0u);
   Rows rows(*solid);
   const Vec3 point = solid->summary().folds.front().position, step(0.02, 0, 0);

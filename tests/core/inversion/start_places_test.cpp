@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <random>
 
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -16,7 +17,7 @@ namespace {
 // More cells than are kept, in any order.
 TEST(StartPlaces, AreWhereTheirCellsHaveThem) {
   constexpr unsigned kSeed = 5;
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("cross_of_seven"));
+  const auto solid = prepare_solid(oracle::tiny_mesh("cross_of_seven"));
   LimitEvaluator evaluator(*solid);
   StartPlaces<4> starts(4);
   std::mt19937 random(kSeed);

@@ -10,14 +10,15 @@
 #include <numbers>
 
 #include "core/base/error.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 
 namespace ccslice {
 namespace {
 
 ThinFeatures thin_features(const ControlMesh& mesh, const SmallestFeature& smallest,
                            const Placement& placement = Placement::Identity()) {
-  return find_thin_features(*LimitSolid::prepare(mesh), placement, smallest);
+  return find_thin_features(*prepare_solid(mesh), placement, smallest);
 }
 
 /// A box with sharp edges, so its limit is the box itself.
@@ -94,7 +95,7 @@ TEST(ThinFeatures, ArentLookedForWhereNothingIsTooThin) {
 TEST(ThinFeatures, StopWhenCancelled) {
   const CancellationToken cancel = CancellationToken::make();
   cancel.cancel();
-  EXPECT_THROW(find_thin_features(*LimitSolid::prepare(make_box()), Placement::Identity(), of_mm(1), cancel), Error);
+  EXPECT_THROW(find_thin_features(*prepare_solid(make_box()), Placement::Identity(), of_mm(1), cancel), Error);
 }
 
 }  // namespace

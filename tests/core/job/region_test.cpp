@@ -16,8 +16,9 @@
 #include "core/base/error.h"
 #include "core/job/region.h"
 #include "core/job/validate_job.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
 #include "core/output/encode.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/slice_range.h"
 #include "tests/core/slicer/test_jobs.h"
 
@@ -200,7 +201,7 @@ class RegionOfABox : public testing::TestWithParam<Engine> {
     ControlMesh mesh = make_box();
     mesh.sharp_edges.clear();
     mesh.sharp_vertices.clear();
-    solid_ = LimitSolid::prepare(mesh);
+    solid_ = prepare_solid(mesh);
     Placement placement = Placement::Identity();
     placement.rotate(Eigen::AngleAxisd(0.4, Vec3(1, 2, -0.3).normalized()));
     job_ = job_of(solid_, {0.11, 0.045, 0.21}, placement);
@@ -314,7 +315,7 @@ INSTANTIATE_TEST_SUITE_P(All, RegionOfABox,
                          [](const testing::TestParamInfo<Engine>& info) { return info.param.name; });
 
 TEST(Region, OfContoursKeepsLoopsThatMeetItWhole) {
-  const Solid solid = LimitSolid::prepare(make_ring());
+  const Solid solid = prepare_solid(make_ring());
   SliceJob job = job_of(solid, {1.6, 1.3, 0.5});
   job.contours = true;
   const std::uint32_t layer = job.grid.extent.layers / 2;

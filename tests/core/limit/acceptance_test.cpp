@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -19,7 +20,7 @@ std::shared_ptr<const LimitSolid> cubes(double size_mm, const Vec3& offset_mm = 
   ControlMesh mesh = oracle::box_mesh(3, 3, 3, 1);
   oracle::sharpen_by_cells(mesh, 1);
   for (Vec3& p : mesh.positions) p = size_mm * p + offset_mm;
-  return LimitSolid::prepare(mesh);
+  return prepare_solid(mesh);
 }
 
 // Frobenius' norm of a cube's inverse Jacobian is sqrt(3) / size.

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/limit/limit_evaluator.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -57,7 +58,7 @@ void sample(const BoundarySurface& surface, Visit visit) {
 
 TEST(BoundarySurface, IsWhereTheVolumeEndsOnTheCatalogue) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     const double diagonal = solid->summary().bounding_box.diagonal().norm();
     LimitEvaluator evaluator(*solid);
     const BoundarySurface surface(*solid);
@@ -71,7 +72,7 @@ TEST(BoundarySurface, IsWhereTheVolumeEndsOnTheCatalogue) {
 
 TEST(BoundarySurface, FacesOutwards) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     LimitEvaluator evaluator(*solid);
     const BoundarySurface surface(*solid);
     for (const BoundaryFaceId f : surface.face_ids()) {
@@ -88,7 +89,7 @@ TEST(BoundarySurface, FacesOutwards) {
 TEST(BoundarySurface, KeysNamePlacesWhateverTheFace) {
   // Equal keys <=> equal places: on all dyadic places of a 4 x 4 grid of every face.
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     const double diagonal = solid->summary().bounding_box.diagonal().norm();
     LimitEvaluator evaluator(*solid);
     const BoundarySurface surface(*solid);
@@ -116,7 +117,7 @@ TEST(BoundarySurface, KeysNamePlacesWhateverTheFace) {
 
 TEST(BoundarySurface, HullBoxesHoldTheirFaces) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     const BoundarySurface surface(*solid);
     sample(surface, [&](BoundaryFaceId f, double, double, const Vec3& p) {
       const Box3 box = surface.hull_box(f);

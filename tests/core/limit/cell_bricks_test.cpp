@@ -19,7 +19,8 @@
 
 #include "core/limit/limit_evaluator.h"
 #include "core/limit/solid_data.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/subdivision/refined_mesh.h"
 #include "tests/support/brute_force_topology.h"
 #include "tests/support/cell_regions.h"
@@ -61,12 +62,12 @@ std::map<std::size_t, int> sizes_of(const CellBricks& bricks) {
 using Sizes = std::map<std::size_t, int>;
 
 TEST(CellBricks, FillAStructuredMesh) {
-  EXPECT_EQ(sizes_of(LimitSolid::prepare(refine_mesh(make_ring(), 1))->data().bricks), (Sizes{{64, 64}}));
-  EXPECT_EQ(sizes_of(LimitSolid::prepare(sharp_box(8, 4, 5))->data().bricks), (Sizes{{64, 2}}));
+  EXPECT_EQ(sizes_of(prepare_solid(refine_mesh(make_ring(), 1))->data().bricks), (Sizes{{64, 64}}));
+  EXPECT_EQ(sizes_of(prepare_solid(sharp_box(8, 4, 5))->data().bricks), (Sizes{{64, 2}}));
 }
 
 TEST(CellBricks, AreTheSameHoweverCellsAreTurned) {
-  const auto solid = LimitSolid::prepare(turned(sharp_box(8, 8, 4), 1));
+  const auto solid = prepare_solid(turned(sharp_box(8, 8, 4), 1));
   const CellBricks& bricks = solid->data().bricks;
   std::size_t cells = 0;
   for (std::uint32_t b = 0; b < bricks.size(); ++b) cells += bricks[b].cell_count();
@@ -77,7 +78,7 @@ TEST(CellBricks, AreTheSameHoweverCellsAreTurned) {
 // A brick's parameters tell the cells that they name: where two of its cells meet, both have the same limit there, and
 // that of the brick goes on from one to the other without a kink.
 TEST(CellBricks, MapTheirParametersToThoseOfTheirCells) {
-  const auto solid = LimitSolid::prepare(turned(sharp_box(7, 6, 5), 2));
+  const auto solid = prepare_solid(turned(sharp_box(7, 6, 5), 2));
   const CellBricks& bricks = solid->data().bricks;
   LimitEvaluator evaluator(*solid);
   constexpr double kStep = 1e-5;
@@ -112,7 +113,7 @@ TEST(CellBricks, HoldEachRegularCellAtMostOnce) {
   meshes.push_back({"a rest too small for a brick", sharp_box(5, 4, 4)});
   meshes.push_back({"bricks that leave gaps", shuffled(turned(sharp_box(9, 8, 7), 4), 4)});
   for (const auto& [name, mesh] : meshes) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     const CellBricks& bricks = solid->data().bricks;
     std::vector<int> seen(solid->cell_count());
     for (std::uint32_t b = 0; b < bricks.size(); ++b) {
@@ -156,7 +157,7 @@ ControlMesh sharp_tube(std::uint32_t sectors, std::uint32_t cells_across) {
 // Three cells round a hole: a brick that went on round it would meet itself.
 TEST(CellBricks, DoNotMeetThemselves) {
   for (const std::uint32_t sectors : {3U, 4U, 5U, 6U}) {
-    const auto solid = LimitSolid::prepare(sharp_tube(sectors, 4));
+    const auto solid = prepare_solid(sharp_tube(sectors, 4));
     const CellBricks& bricks = solid->data().bricks;
     ASSERT_GT(bricks.size(), 0U);
     EXPECT_EQ(bricks[0].cell_count(), 16 * std::min(sectors, 4U));
@@ -170,7 +171,7 @@ TEST(CellBricks, DoNotMeetThemselves) {
 }
 
 TEST(CellBricks, KnowTheirSidesOnTheBoundary) {
-  const auto solid = LimitSolid::prepare(sharp_box(8, 4, 4));
+  const auto solid = prepare_solid(sharp_box(8, 4, 4));
   const CellBricks& bricks = solid->data().bricks;
   ASSERT_EQ(bricks.size(), 2U);
   for (std::uint32_t b = 0; b < 2; ++b) {
@@ -181,7 +182,7 @@ TEST(CellBricks, KnowTheirSidesOnTheBoundary) {
 }
 
 TEST(CellBricks, KnowThemHoweverCellsAreTurned) {
-  const auto solid = LimitSolid::prepare(turned(sharp_box(9, 5, 4), 3));
+  const auto solid = prepare_solid(turned(sharp_box(9, 5, 4), 3));
   const CellBricks& bricks = solid->data().bricks;
   ASSERT_GT(bricks.size(), 0U);
   for (std::uint32_t b = 0; b < bricks.size(); ++b) EXPECT_EQ(bricks[b].phantoms, bricks[b].boundary_sides);
@@ -190,7 +191,7 @@ TEST(CellBricks, KnowThemHoweverCellsAreTurned) {
 TEST(CellBricks, EndBetweenCellRegionsAndAreNoneAsMeshed) {
   ControlMesh mesh = sharp_box(8, 4, 4);
   const ControlMesh parted = oracle::with_regions(mesh, 2, [](const Vec3& middle) { return middle.x() < 2.5 ? 0 : 1; });
-  const auto solid = LimitSolid::prepare(parted);
+  const auto solid = prepare_solid(parted);
   const CellBricks& bricks = solid->data().bricks;
   for (std::uint32_t b = 0; b < bricks.size(); ++b) {
     const std::span<const CellBricks::Cell> cells = bricks.cells(bricks[b]);
@@ -200,7 +201,7 @@ TEST(CellBricks, EndBetweenCellRegionsAndAreNoneAsMeshed) {
   mesh.sharp_edges.clear();
   mesh.sharp_vertices.clear();
   mesh.as_meshed = true;
-  EXPECT_EQ(LimitSolid::prepare(mesh)->data().bricks.size(), 0U);
+  EXPECT_EQ(prepare_solid(mesh)->data().bricks.size(), 0U);
 }
 
 }  // namespace

@@ -13,7 +13,8 @@
 
 #include "core/limit/cell_index.h"
 #include "core/limit/limit_evaluator.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -38,7 +39,7 @@ CellParam random_place_in(const LimitSolid& solid, int i, std::mt19937& random) 
 TEST(CellDistance, NeverExceedsWhatSomePlaceOfTheCellHas) {
   std::mt19937 random(kDistanceSeed);
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     LimitEvaluator evaluator(*solid);
     CellDistance distance(*solid);
     std::uniform_real_distribution<double> exponent(0, 20);
@@ -68,7 +69,7 @@ double sampled_distance(LimitEvaluator& evaluator, LimitCellId cell, const Vec3&
 TEST(CellDistance, IsProvedOfPointsThatAreOffTheCell) {
   std::mt19937 random(kDistanceSeed);
   for (const ControlMesh& mesh : {make_engine(), make_coyote()}) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     LimitEvaluator evaluator(*solid);
     CellDistance distance(*solid);
     std::uniform_real_distribution<double> u(0, 1);
@@ -87,7 +88,7 @@ TEST(CellDistance, IsProvedOfPointsThatAreOffTheCell) {
 }
 
 TEST(CellDistance, OfPointsAsFarAsNumbersGoIsNoTrouble) {
-  const auto solid = LimitSolid::prepare(make_box());
+  const auto solid = prepare_solid(make_box());
   CellDistance distance(*solid);
   for (const double far : {1e30, 1e300, 1e308, -1e308}) {
     EXPECT_NO_FATAL_FAILURE((void)distance.exceeds(LimitCellId{0}, Vec3(far, -far, 5e-324), 1e-3));

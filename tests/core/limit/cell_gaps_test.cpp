@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -19,7 +20,7 @@ namespace {
 
 /// Pairs of control cells, the lesser number first.
 std::set<std::pair<std::uint32_t, std::uint32_t>> pairs_across_gaps(const ControlMesh& mesh) {
-  const std::shared_ptr<const LimitSolid> solid = LimitSolid::prepare(mesh);
+  const std::shared_ptr<const LimitSolid> solid = prepare_solid(mesh);
   std::vector<LimitCellId> all;
   for (const LimitCellId cell : solid->cells()) all.push_back(cell);
   std::set<std::pair<std::uint32_t, std::uint32_t>> found;

@@ -10,7 +10,8 @@
 
 #include "core/limit/cell_index.h"
 #include "core/limit/limit_evaluator.h"
-#include "core/limit/prepare.h"
+#include "core/prepare/prepare.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -20,7 +21,7 @@ TEST(CellHulls, HoldEveryPointOfTheirCellsAndFewOthers) {
   constexpr unsigned kSeed = 3;
   ControlMesh mesh = oracle::folding_box_mesh();
   mesh.allow_folds = true;
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   const CellIndex& index = solid->index();
   ASSERT_GT(index.hulls_near_folds.size(), 0u);
   LimitEvaluator evaluator(*solid);
@@ -48,7 +49,7 @@ TEST(CellHulls, HoldEveryPointOfTheirCellsAndFewOthers) {
 TEST(CellHulls, AreAsCloseAsTheirMemoryAllows) {
   ControlMesh mesh = oracle::folding_box_mesh();
   mesh.allow_folds = true;
-  LimitSolid::Data data = LimitSolid::prepare(mesh)->data();
+  LimitSolid::Data data = prepare_solid(mesh)->data();
   const auto bytes_within = [&](std::size_t most_bytes) {
     data.hulls_near_folds = {};
     find_hulls_near_folds(most_bytes, {}, data);

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "core/limit/limit_evaluator.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -19,7 +20,7 @@ TEST(CellParts, HoldEveryPointOfTheirCell) {
   std::mt19937 random(kPartsSeed);
   std::uniform_real_distribution<double> u(0, 1), exponent(0, 20);
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     LimitEvaluator evaluator(*solid);
     PatchBuilder builder(solid->data(), kPositionDimension);
     for (const PartSizes& sizes : {PartSizes{2, 1}, PartSizes{3, 2}}) {

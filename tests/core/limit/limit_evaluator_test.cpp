@@ -10,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -19,7 +20,7 @@ TEST(LimitEvaluator, ReproducesASharpBoxAndALinearGradient) {
   ControlMesh mesh = oracle::box_mesh(2, 3, 2, 4);
   oracle::sharpen_by_cells(mesh, 1);
   oracle::grade_by_coordinates(mesh);
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   LimitEvaluator evaluator(*solid);
   std::vector<double> material(3);
   for (const LimitCellId c : solid->cells()) {
@@ -48,7 +49,7 @@ Vec3 random_parameter(std::mt19937& random) {
 TEST(LimitEvaluator, JacobianAgreesWithFiniteDifferencesOnTheCatalogue) {
   std::mt19937 random(3);
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     LimitEvaluator evaluator(*solid);
     std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
     for (int i = 0; i < 200; ++i) {
@@ -75,7 +76,7 @@ TEST(LimitEvaluator, IsContinuousAcrossThePatchesOfACell) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> u(0, 1);
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     LimitEvaluator evaluator(*solid);
     for (const LimitCellId c : solid->cells()) {
       if (solid->cell_class(c) == CellClass::kRegular) continue;
@@ -95,7 +96,7 @@ TEST(LimitEvaluator, CellsMeetAtEverySharedFace) {
   // The corners of all limit cells, evaluated on irregular places too, must form one point per vertex of the refined
   // mesh.
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     LimitEvaluator evaluator(*solid);
     std::vector<Vec3> corners;
     for (const LimitCellId c : solid->cells()) {
@@ -116,7 +117,7 @@ TEST(LimitEvaluator, CellsMeetAtEverySharedFace) {
 }
 
 TEST(LimitEvaluator, DoesNotDependOnWhatItEvaluatedBefore) {
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("hollow_cube"));
+  const auto solid = prepare_solid(oracle::tiny_mesh("hollow_cube"));
   LimitEvaluator used(*solid);
   std::mt19937 random(5);
   std::uniform_int_distribution<std::uint32_t> cell(0, solid->cell_count() - 1);
@@ -153,10 +154,10 @@ void expect_walks_go_up_again(const LimitSolid& solid) {
 
 TEST(LimitEvaluator, WalksDownACellAndUpAgain) {
   ControlMesh mesh = oracle::tiny_mesh("hollow_cube");
-  expect_walks_go_up_again(*LimitSolid::prepare(mesh));
+  expect_walks_go_up_again(*prepare_solid(mesh));
   mesh.channel_names = {"alone"};  // With its position a point fills a register, which is a way of its own.
   mesh.channel_values.assign(mesh.positions.size(), 1);
-  expect_walks_go_up_again(*LimitSolid::prepare(mesh));
+  expect_walks_go_up_again(*prepare_solid(mesh));
 }
 
 }  // namespace

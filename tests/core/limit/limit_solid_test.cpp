@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "core/limit/limit_solid.h"
+#include "core/prepare/prepare_solid.h"
 
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@
 #include "core/base/error.h"
 #include "core/limit/limit_evaluator.h"
 #include "core/limit/solid_data.h"
+#include "core/limit/support.h"
 #include "core/mesh/cell_kind.h"
 #include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"
@@ -23,12 +25,12 @@ namespace {
 
 TEST(LimitSolid, RefinesOnlyCellsThatNeedIt) {
   // A smooth box of four cells a side has no cell with two lines or two corners; one of three has.
-  EXPECT_EQ(LimitSolid::prepare(oracle::box_mesh(4, 4, 4))->cell_count(), 64u);
-  EXPECT_EQ(LimitSolid::prepare(oracle::box_mesh(1, 1, 1))->cell_count(), 8u);
+  EXPECT_EQ(prepare_solid(oracle::box_mesh(4, 4, 4))->cell_count(), 64u);
+  EXPECT_EQ(prepare_solid(oracle::box_mesh(1, 1, 1))->cell_count(), 8u);
   ControlMesh mixed = oracle::box_mesh(9, 4, 4);
   // One sharp edge alone: two chain ends in one cell.
   oracle::sharpen(mixed, [](const Vec3& a, const Vec3& b) { return a == Vec3(40, 20, 0) && b == Vec3(50, 20, 0); });
-  const auto solid = LimitSolid::prepare(mixed);
+  const auto solid = prepare_solid(mixed);
   EXPECT_GT(solid->cell_count(), 144u);
   EXPECT_LT(solid->cell_count(), 144u + 7 * 10);
 }
@@ -38,7 +40,7 @@ TEST(LimitSolid, KnowsWhichPointsACellMayHold) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> share(0, 1);
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     LimitEvaluator evaluator(*solid);
     for (const LimitCellId cell : solid->cells()) {
       const CellMap map = solid->data().cell_maps[cell];
@@ -51,7 +53,7 @@ TEST(LimitSolid, KnowsWhichPointsACellMayHold) {
   }
   ControlMesh sheared = oracle::box_mesh(4, 4, 4);
   for (Vec3& p : sheared.positions) p.x() += 3 * p.z();
-  const auto solid = LimitSolid::prepare(sheared);
+  const auto solid = prepare_solid(sheared);
   for (const LimitCellId cell : solid->cells()) {
     if (solid->cell_class(cell) != CellClass::kRegular) continue;
     const CellMap map = solid->data().cell_maps[cell];
@@ -64,7 +66,7 @@ TEST(LimitSolid, KnowsWhichPointsACellMayHold) {
 
 TEST(LimitSolid, NumbersCellsInTheOrderOfTheirControlCells) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     ControlCellId before;
     for (const LimitCellId c : solid->cells()) {
       EXPECT_LE(before, solid->control_cell(c)) << name;
@@ -76,7 +78,7 @@ TEST(LimitSolid, NumbersCellsInTheOrderOfTheirControlCells) {
 
 // Twelve cubes in a row, some of which are refined.
 TEST(LimitSolid, CellsTouchIfTheirControlCellsShareAVertex) {
-  const auto solid = LimitSolid::prepare(oracle::box_mesh(12, 1, 1));
+  const auto solid = prepare_solid(oracle::box_mesh(12, 1, 1));
   for (const LimitCellId a : solid->cells()) {
     for (const LimitCellId b : solid->cells()) {
       const auto in_row = [&](LimitCellId cell) { return static_cast<int>(solid->control_cell(cell)); };
@@ -88,7 +90,7 @@ TEST(LimitSolid, CellsTouchIfTheirControlCellsShareAVertex) {
 TEST(LimitSolid, SummarizesWhatItHolds) {
   ControlMesh fan = oracle::fan_mesh(5, 2, 3);
   oracle::add_random_channels(fan, 2, 5);
-  const auto solid = LimitSolid::prepare(fan);
+  const auto solid = prepare_solid(fan);
   const SolidSummary& summary = solid->summary();
   EXPECT_EQ(summary.control_cells, 5u * 4 * 3);
   EXPECT_EQ(summary.extraordinary_edges, 3u);
@@ -109,7 +111,7 @@ TEST(LimitSolid, CountsCellsOfWhichItCannotBeToldWhetherTheyFold) {
     if (p.x() == 40 && p.z() == 20) p.x() = 17.5;
   }
   mesh.allow_folds = true;
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   EXPECT_GE(solid->summary().undecided_cells, 2u);
   EXPECT_EQ(solid->summary().folding_cells, 0u);
   EXPECT_TRUE(solid->summary().folds.empty());
@@ -118,7 +120,7 @@ TEST(LimitSolid, CountsCellsOfWhichItCannotBeToldWhetherTheyFold) {
 TEST(LimitSolid, CountsExtraordinaryVerticesOfTheControlMesh) {
   std::size_t meshes = 0;
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    meshes += LimitSolid::prepare(mesh)->summary().extraordinary_vertices > 0;
+    meshes += prepare_solid(mesh)->summary().extraordinary_vertices > 0;
   }
   EXPECT_GE(meshes, 2u);
 }
@@ -126,7 +128,7 @@ TEST(LimitSolid, CountsExtraordinaryVerticesOfTheControlMesh) {
 TEST(LimitSolid, BoxOfASharpBoxIsTheBox) {
   ControlMesh mesh = oracle::box_mesh(2, 2, 2, 5);
   oracle::sharpen_by_cells(mesh, 1);
-  const Box3 box = LimitSolid::prepare(mesh)->summary().bounding_box;
+  const Box3 box = prepare_solid(mesh)->summary().bounding_box;
   EXPECT_LT(box.min().norm(), 1e-12);
   EXPECT_LT((box.max() - Vec3::Constant(10)).norm(), 1e-12);
 }
@@ -137,10 +139,10 @@ TEST(LimitSolid, BoundingBoxHoldsTheLimitAndIsTouchedByIt) {
     const auto found = std::find_if(oracle::tiny_meshes().begin(), oracle::tiny_meshes().end(),
                                     [&](const auto& tiny) { return tiny.name == name; });
     if (found == oracle::tiny_meshes().end()) continue;
-    const auto solid = LimitSolid::prepare(found->mesh);
+    const auto solid = prepare_solid(found->mesh);
     Placement turn = Placement::Identity();
     turn.rotate(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())).translate(Vec3(5, -3, 2));
-    const Box3 box = solid->placed_bounding_box(turn);
+    const Box3 box = bounding_box(*solid, turn);
     Box3 sampled;
     LimitEvaluator evaluator(*solid);
     for (const LimitCellId c : solid->cells()) {
@@ -159,9 +161,9 @@ TEST(LimitSolid, BoundingBoxHoldsTheLimitAndIsTouchedByIt) {
 
 TEST(LimitSolid, DetectsAFoldAndSaysWhere) {
   ControlMesh mesh = oracle::folding_box_mesh();
-  EXPECT_THROW(LimitSolid::prepare(mesh), Error);
+  EXPECT_THROW(prepare_solid(mesh), Error);
   mesh.allow_folds = true;
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   const SolidSummary& summary = solid->summary();
   LimitEvaluator evaluator(*solid);
   EXPECT_FALSE(summary.inverted_control_cells.empty());
@@ -184,8 +186,8 @@ TEST(LimitSolid, DetectsAFoldAndSaysWhere) {
 TEST(LimitSolid, HasEdgesOnTheBoundary) {
   for (int along = 0; along < 3; ++along) {
     const auto solid =
-        LimitSolid::prepare(oracle::box_mesh(along == 0 ? 1 : 2, along == 1 ? 1 : 2, along == 2 ? 1 : 2, 10,
-                                             [](int x, int y, int z) { return (x == 0) + (y == 0) + (z == 0) >= 2; }));
+        prepare_solid(oracle::box_mesh(along == 0 ? 1 : 2, along == 1 ? 1 : 2, along == 2 ? 1 : 2, 10,
+                                       [](int x, int y, int z) { return (x == 0) + (y == 0) + (z == 0) >= 2; }));
     LimitEvaluator evaluator(*solid);
     std::size_t reentrant = 0;
     for (const LimitCellId cell : solid->cells()) {
@@ -217,7 +219,7 @@ TEST(LimitSolid, HasEdgesOnTheBoundary) {
 
 // An interface is none, but where it ends.
 TEST(LimitSolid, HasNoEdgesOfInterfacesOnTheBoundary) {
-  const auto solid = LimitSolid::prepare(
+  const auto solid = prepare_solid(
       oracle::with_regions(oracle::box_mesh(4, 4, 4), 2, [](const Vec3& p) { return p.x() < 20 ? 0 : 1; }));
   std::size_t interfaces = 0;
   for (const LimitCellId cell : solid->cells()) {
@@ -230,7 +232,7 @@ TEST(LimitSolid, HasNoEdgesOfInterfacesOnTheBoundary) {
 
 // Interfaces have a face for the region of the lower number alone, but both regions end there.
 TEST(LimitSolid, HasInterfacesOnBothSides) {
-  const auto solid = LimitSolid::prepare(
+  const auto solid = prepare_solid(
       oracle::with_regions(oracle::box_mesh(2, 2, 2), 2, [](const Vec3& p) { return p.x() < 10 ? 0 : 1; }));
   LimitEvaluator evaluator(*solid);
   std::array<std::size_t, 2> interfaces{};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/limit/limit_evaluator.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -54,7 +55,7 @@ TEST(LimitStencils, WeighAsTheEvaluatorWalks) {
   std::mt19937 random(9);
   std::size_t line_cells = 0, vertex_cells = 0;
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     if (solid->channel_count() == 0) continue;
     const LimitSolid::Data& data = solid->data();
     LimitEvaluator evaluator(*solid);

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -13,7 +14,7 @@ namespace {
 TEST(Newton, ArrivesInOneStepInALinearCell) {
   ControlMesh mesh = oracle::box_mesh(1, 1, 1);
   oracle::sharpen_by_cells(mesh, 1);
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   LimitEvaluator evaluator(*solid);
   const NewtonResult result =
       newton_in_cell(evaluator, LimitCellId{0}, Vec3(0.5, 0.5, 0.5), Vec3(1, 9, 4), Acceptance(*solid, 1e-9));
@@ -24,7 +25,7 @@ TEST(Newton, ArrivesInOneStepInALinearCell) {
 TEST(Newton, SlidesAlongTheFaceToTheNearestParameter) {
   ControlMesh mesh = oracle::box_mesh(1, 1, 1);
   oracle::sharpen_by_cells(mesh, 1);
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   LimitEvaluator evaluator(*solid);
   const NewtonResult face =
       newton_in_cell(evaluator, LimitCellId{0}, Vec3(0.5, 0.5, 0.5), Vec3(-2, 3, 4), Acceptance(*solid, 1e-9));
@@ -37,7 +38,7 @@ TEST(Newton, SlidesAlongTheFaceToTheNearestParameter) {
 
 TEST(Newton, NeverLeavesTheCell) {
   for (const auto& [name, mesh] : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     LimitEvaluator evaluator(*solid);
     for (LimitCellId c; c < solid->cell_count(); c += 3) {
       for (const Vec3& far : {Vec3(100, 0, 0), Vec3(-50, 80, -20), Vec3(15, 15, 15)}) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/limit/limit_evaluator.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -34,7 +35,7 @@ TEST(PartTrees, NeverRuleOutWhatSomePlaceOfTheCellHas) {
   meshes.push_back({"folding box", oracle::folding_box_mesh()});
   meshes.back().mesh.allow_folds = true;
   for (const auto& [name, mesh] : meshes) {
-    const auto solid = LimitSolid::prepare(mesh);
+    const auto solid = prepare_solid(mesh);
     LimitEvaluator evaluator(*solid);
     PartTrees parts(*solid, kPartsDistance);
     for (int i = 0; i < 400; ++i) {
@@ -56,7 +57,7 @@ TEST(PartTrees, RuleOutWhatLiesALittleOffTheCell) {
   std::mt19937 random(kPartsSeed);
   std::uniform_real_distribution<double> u(0, 1);
   for (const char* name : {"cross_of_seven", "edge_valence_8", "vertex_link_icosahedron"}) {
-    const auto solid = LimitSolid::prepare(oracle::tiny_mesh(name));
+    const auto solid = prepare_solid(oracle::tiny_mesh(name));
     LimitEvaluator evaluator(*solid);
     PartTrees parts(*solid, kPartsDistance);
     int off = 0, ruled_out = 0;
@@ -76,7 +77,7 @@ TEST(PartTrees, RuleOutWhatLiesALittleOffTheCell) {
 TEST(PartTrees, ForgetRatherThanGrow) {
   ControlMesh mesh = oracle::box_mesh(4, 4, 4);
   oracle::jitter(mesh, 1, kPartsSeed);
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   LimitEvaluator evaluator(*solid);
   PartTrees parts(*solid, 1e-6);
   std::mt19937 random(kPartsSeed);
@@ -96,7 +97,7 @@ TEST(PartTrees, ForgetRatherThanGrow) {
 }
 
 TEST(PartTrees, StandPointsThatArentFinite) {
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("cross_of_seven"));
+  const auto solid = prepare_solid(oracle::tiny_mesh("cross_of_seven"));
   PartTrees parts(*solid, kPartsDistance);
   const double infinity = std::numeric_limits<double>::infinity();
   for (const double far : {1e300, infinity, -infinity, std::numeric_limits<double>::quiet_NaN()}) {

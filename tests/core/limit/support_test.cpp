@@ -14,6 +14,7 @@
 
 #include "core/base/error.h"
 #include "core/limit/limit_evaluator.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -32,7 +33,7 @@ std::vector<Vec3> random_directions(std::mt19937& random, int count) {
 TEST(Support, OfABoxIsThatOfItsCorners) {
   ControlMesh mesh = oracle::box_mesh(3, 2, 1);
   oracle::sharpen_by_cells(mesh, 1);
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   std::mt19937 random(kSeed);
   std::vector<Vec3> directions = random_directions(random, 20);
   directions.insert(directions.end(), {Vec3::UnitX(), -Vec3::UnitZ(), Vec3::Zero(), Vec3(100, 0, 1)});
@@ -50,7 +51,7 @@ TEST(Support, IsThatOfDenseSamples) {
   std::mt19937 random(kSeed);
   for (const char* name : {"box_3", "cross_of_seven", "vertex_link_icosahedron", "edge_valence_3_meets_corner",
                            "sharp_hex_wedge_tet", "concave_corner"}) {
-    const auto solid = LimitSolid::prepare(oracle::tiny_mesh(name));
+    const auto solid = prepare_solid(oracle::tiny_mesh(name));
     const BoundarySurface surface(*solid);
     LimitEvaluator evaluator(*solid);
     const std::vector<Vec3> directions = random_directions(random, 12);
@@ -72,7 +73,7 @@ TEST(Support, IsThatOfDenseSamples) {
 }
 
 TEST(Support, CanBeCancelled) {
-  const auto solid = LimitSolid::prepare(oracle::tiny_mesh("box_3"));
+  const auto solid = prepare_solid(oracle::tiny_mesh("box_3"));
   const CancellationToken cancel = CancellationToken::make();
   cancel.cancel();
   EXPECT_THROW(support(BoundarySurface(*solid), std::array{Vec3(Vec3::UnitX())}, cancel), Error);

@@ -11,6 +11,7 @@
 
 #include "core/limit/limit_solid.h"
 #include "core/limit/solid_data.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -20,7 +21,7 @@ namespace {
 template <typename Visit>
 void for_each_vertex_cell(Visit visit) {
   for (const auto& tiny : oracle::tiny_meshes()) {
-    const auto solid = LimitSolid::prepare(tiny.mesh);
+    const auto solid = prepare_solid(tiny.mesh);
     const LimitSolid::Data& data = solid->data();
     VertexWalk walk(data.operators, 3);
     for (const LimitCell& cell : data.cells) {

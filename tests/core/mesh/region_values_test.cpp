@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "core/mesh/cell_regions.h"
-#include "core/mesh/channels.h"
 #include "core/mesh/validate.h"
+#include "core/mesh_import/channels.h"
 #include "tests/core/mesh/expect_error.h"
 #include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"

@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/mesh/sharpen.h"
 #include "core/mesh/validate.h"
+#include "core/mesh_authoring/sharpen.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {

@@ -12,7 +12,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/cell_regions.h"
 
@@ -46,7 +47,7 @@ class LayerPainterTest : public testing::Test {
     return &picture.rgba[std::size_t{4} * (std::size_t{picture.columns} * (picture.rows - 1 - row) + column)];
   }
 
-  const Solid solid_ = LimitSolid::prepare(make_box());
+  const Solid solid_ = prepare_solid(make_box());
   SliceJob job_;
   std::shared_ptr<const Printing> printing_;
 };
@@ -122,7 +123,7 @@ TEST_F(LayerPainterTest, MixesAndOutlinesShowTheSameVoxels) {
 // What the layer of the whole part shows under a region's map, where that region is.
 TEST_F(LayerPainterTest, RegionsAreMixedByTheirOwnMaps) {
   const double interface_mm = solid_->summary().bounding_box.center().x();
-  const Solid solid = LimitSolid::prepare(
+  const Solid solid = prepare_solid(
       oracle::with_regions(make_box(), 2, [&](const Vec3& middle) { return middle.x() < interface_mm ? 0 : 1; }));
   PreviewColours show;
   show.content = PreviewContent::kMix;

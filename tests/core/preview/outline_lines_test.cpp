@@ -15,7 +15,8 @@
 #include <random>
 
 #include "core/base/error.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/preview/layer_painter.h"
 #include "core/preview/plane_painter.h"
 #include "tests/core/slicer/test_jobs.h"
@@ -142,7 +143,7 @@ TEST(OutlineLines, StopWhenCancelled) {
 
 class PicturesWithLines : public testing::Test {
  protected:
-  const Solid solid_ = LimitSolid::prepare(make_box());
+  const Solid solid_ = prepare_solid(make_box());
 };
 
 /// How many pixels two pictures differ in, and how many of those are farther from the outlines than the line.

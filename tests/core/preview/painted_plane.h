@@ -11,7 +11,7 @@
 
 #include "core/contour/contour.h"
 #include "core/field/material_field.h"
-#include "core/interpolation/interpolation_spec.h"
+#include "core/interpolation/samples/interpolation_spec.h"
 #include "core/limit/limit_solid.h"
 #include "core/preview/preview_plane.h"
 #include "core/raster/occupancy.h"

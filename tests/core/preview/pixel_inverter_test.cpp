@@ -11,7 +11,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/preview/painted_plane.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -35,7 +36,7 @@ class PixelInverterTest : public testing::Test {
     return values.front();
   }
 
-  std::shared_ptr<const LimitSolid> solid_ = LimitSolid::prepare(oracle::tiny_mesh("vertex_link_octahedron"));
+  std::shared_ptr<const LimitSolid> solid_ = prepare_solid(oracle::tiny_mesh("vertex_link_octahedron"));
   PaintedPlane plane_{solid_, Vec3(1, 2, 3), 0.45, kPixels, 1.0 / 256};
   PartPlanes planes_{plane_.layer, solid_->summary()};
   PixelInverter inverter_{solid_};

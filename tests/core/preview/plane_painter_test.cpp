@@ -17,7 +17,8 @@
 
 #include "core/base/error.h"
 #include "core/field/material_field.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"
@@ -113,7 +114,7 @@ Disagreement compare(const Solid& solid, const PreviewJob& job, const PreviewPic
 class PlanesOfTinyMeshes : public testing::TestWithParam<const char*> {};
 
 TEST_P(PlanesOfTinyMeshes, AreWhatInversionFinds) {
-  const Solid solid = LimitSolid::prepare(oracle::tiny_mesh(GetParam()));
+  const Solid solid = prepare_solid(oracle::tiny_mesh(GetParam()));
   PlanePainter painter(solid);
   for (const Vec3& normal : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(1, 2, 3), Vec3(-3, 1, 0.1)}) {
     const PreviewJob job = oblique_job(*solid, normal, 48);
@@ -132,7 +133,7 @@ INSTANTIATE_TEST_SUITE_P(Catalogue, PlanesOfTinyMeshes, testing::Values("box_3",
 
 class PlanePainterTest : public testing::Test {
  protected:
-  const Solid solid_ = LimitSolid::prepare(make_box());
+  const Solid solid_ = prepare_solid(make_box());
   PreviewJob job_ = oblique_job(*solid_, Vec3(1, 2, 3), 64);
 };
 
@@ -302,7 +303,7 @@ TEST_F(PlanePainterTest, RegionsAreMixedByTheirOwnMaps) {
   const double interface_mm = solid_->summary().bounding_box.center().x();
   const auto halves =
       oracle::with_regions(make_box(), 2, [&](const Vec3& middle) { return middle.x() < interface_mm ? 0 : 1; });
-  const Solid solid = LimitSolid::prepare(halves);
+  const Solid solid = prepare_solid(halves);
   Printing by_region = blended(HalftoneMethod::kBlueNoise);
   by_region.map.kind = {};
   by_region.cell_region_maps = {{1, blended(HalftoneMethod::kBlueNoise).map}, {0, {PureMap{2}}}};

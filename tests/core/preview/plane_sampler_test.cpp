@@ -16,8 +16,9 @@
 
 #include "core/base/error.h"
 #include "core/field/material_pass.h"
-#include "core/mesh/grade.h"
-#include "core/mesh/models.h"
+#include "core/mesh_authoring/grade.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "tests/core/preview/painted_plane.h"
 #include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"
@@ -83,7 +84,7 @@ void add_errors(PlaneSampler& sampler, const Vec3& normal, double share, std::ui
 
 /// Planes along the axes and oblique ones.
 Errors errors_of(ControlMesh mesh, std::uint32_t pixels, bool rough = false) {
-  const auto solid = LimitSolid::prepare(std::move(mesh));
+  const auto solid = prepare_solid(std::move(mesh));
   PlaneSampler sampler(solid);
   Errors errors;
   for (const Vec3& normal : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(1, 2, 3), Vec3(-3, 1, 0.1)}) {
@@ -221,7 +222,7 @@ TEST(PlaneSampler, TakesTheToleranceFromThePicturesOwnRange) {
   // Along the grade's own axis a plane hardly changes its values; what it shows of them is to be as fine all the same.
   ControlMesh mesh = make_engine();
   apply_grade(parse_grade("height=z"), mesh);
-  const auto solid = LimitSolid::prepare(std::move(mesh));
+  const auto solid = prepare_solid(std::move(mesh));
   PlaneSampler sampler(solid);
   const std::size_t height = solid->channel_count() - 1;
   struct Cut {
@@ -254,7 +255,7 @@ TEST(PlaneSampler, TakesTheToleranceFromThePicturesOwnRange) {
 }
 
 TEST(PlaneSampler, SamplesDependOnNothingBefore) {
-  const auto solid = LimitSolid::prepare(make_bracket());
+  const auto solid = prepare_solid(make_bracket());
   PlaneSampler used(solid);
   for (const double share : {0.3, 0.5, 0.7}) {
     PaintedPlane plane(solid, Vec3(1, 2, 3), share, 256, kTolerance);
@@ -268,7 +269,7 @@ TEST(PlaneSampler, SamplesDependOnNothingBefore) {
 }
 
 TEST(PlaneSampler, IsCancelled) {
-  const auto solid = LimitSolid::prepare(make_box());
+  const auto solid = prepare_solid(make_box());
   PaintedPlane plane(solid, Vec3(1, 2, 3), 0.5, 64, kTolerance);
   PartPlanes planes(plane.layer, solid->summary());
   const LayerTarget target = plane.target(planes);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 
+#include "core/prepare/prepare_solid.h"
 #include "tests/support/cell_regions.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -35,7 +36,7 @@ Printing printing_with(MaterialMap map) {
 }
 
 TEST(ValuesOffMap, AreMeasuredInVolume) {
-  const auto solid = LimitSolid::prepare(block());
+  const auto solid = prepare_solid(block());
   const double high = solid->summary().channels[0].max;
   const auto found = find_values_off_maps(printing_with({BlendMap{0, {{0, 1}, {high / 4, 2}}}}), *solid);
   ASSERT_EQ(found.size(), 1u);
@@ -48,7 +49,7 @@ TEST(ValuesOffMap, AreMeasuredInVolume) {
 }
 
 TEST(ValuesOffMap, AreNotFoundWhereTheMapCoversThem) {
-  const auto solid = LimitSolid::prepare(block());
+  const auto solid = prepare_solid(block());
   const double high = solid->summary().channels[0].max;
   for (const MaterialMap& map :
        {MaterialMap{BlendMap{0, {{0, 1}, {high, 2}}}}, MaterialMap{BlendMap{0, {{7, 1}}}}, MaterialMap{PureMap{2}},
@@ -61,7 +62,7 @@ TEST(ValuesOffMap, AreThoseOfTheMapsOwnRegion) {
   ControlMesh mesh = block();
   const double middle = 0.5 * (mesh.positions.front().z() + mesh.positions.back().z());
   mesh = oracle::with_regions(mesh, 2, [=](const Vec3& p) { return p.z() < middle ? 0 : 1; });
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   const double high = solid->summary().channels[0].max;
   Printing printing = printing_with({BlendMap{0, {{0, 1}, {high / 2, 2}}}});  // Covers the lower region.
   printing.cell_region_maps.push_back({1, {DirectMap{{{0, 1}}, 2}}});
@@ -81,7 +82,7 @@ TEST(FractionsBelowOne, AreMeasuredInVolume) {
     const auto density = static_cast<float>(0.25 + 1.5 * p.z() / top);  // 1 in the middle.
     mesh.channel_values.insert(mesh.channel_values.end(), {density, 0.75f});
   }
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   const auto found = find_fractions_below_one(printing_with({DirectMap{{{0, 1}}}}), *solid);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NEAR(found[0].share, 0.5, 0.03);
@@ -98,7 +99,7 @@ TEST(ValuesOffMap, OfLargeMeshesAreSampled) {
   mesh.channel_names = {"z"};
   mesh.channel_values.clear();
   for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(p.z()));
-  const auto solid = LimitSolid::prepare(mesh);
+  const auto solid = prepare_solid(mesh);
   const double high = solid->summary().channels[0].max;
   const auto found = find_values_off_maps(printing_with({BlendMap{0, {{0, 1}, {high / 2, 2}}}}), *solid);
   ASSERT_EQ(found.size(), 1u);

@@ -14,7 +14,8 @@
 
 #include "core/base/error.h"
 #include "core/job/validate_job.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "core/slicer/slice_range.h"
 #include "tests/core/slicer/test_jobs.h"
@@ -40,7 +41,7 @@ PlaneSpec mask(std::uint32_t material) {
 /// The box set upright, with its channel from 0 at the bottom to 1 at the top, blended over three materials.
 class HalftonedBox : public testing::TestWithParam<HalftoneMethod> {
  protected:
-  HalftonedBox() : solid_(LimitSolid::prepare(make_box())) {
+  HalftonedBox() : solid_(prepare_solid(make_box())) {
     Placement upright = Placement::Identity();
     upright.rotate(Eigen::AngleAxisd(-std::numbers::pi / 2, Vec3::UnitY()));
     job_ = job_of(solid_, {0.21, 0.33, 0.25}, upright);
@@ -165,7 +166,7 @@ TEST(HalftonedJob, OfOneMaterialNeedsNoChannel) {
   ControlMesh mesh = make_box();
   mesh.channel_names.clear();
   mesh.channel_values.clear();
-  const Solid solid = LimitSolid::prepare(mesh);
+  const Solid solid = prepare_solid(mesh);
   SliceJob job;
   GridRequest request;
   request.pitch = {0.5, 0.5, 0.5};

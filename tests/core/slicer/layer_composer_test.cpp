@@ -13,7 +13,8 @@
 #include <vector>
 
 #include "core/job/validate_job.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "tests/core/slicer/test_jobs.h"
 
@@ -82,7 +83,7 @@ Placement moved_by(double x_mm) {
 
 /// Boxes of 24 x 16 x 8 mm in one row, in voxels of 1 mm.
 PlacedParts boxes_at(const std::vector<double>& places, const std::vector<std::int32_t>& priorities) {
-  const Solid solid = LimitSolid::prepare(make_box());
+  const Solid solid = prepare_solid(make_box());
   PlacedParts parts;
   for (std::size_t p = 0; p < places.size(); ++p) {
     SliceJob job;

@@ -14,9 +14,10 @@
 #include <thread>
 
 #include "core/base/error.h"
-#include "core/mesh/grade.h"
-#include "core/mesh/models.h"
+#include "core/mesh_authoring/grade.h"
+#include "core/models/models.h"
 #include "core/output/encode.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/slice_range.h"
 #include "tests/core/slicer/test_jobs.h"
 
@@ -31,7 +32,7 @@ Solid box_of_coordinates() {
   apply_grade(parse_grade("x=x:0..24"), mesh);
   apply_grade(parse_grade("y=y:0..16"), mesh);
   apply_grade(parse_grade("z=z:0..8"), mesh);
-  return LimitSolid::prepare(std::move(mesh));
+  return prepare_solid(std::move(mesh));
 }
 
 bool occupied(const SliceJob& job, const EncodedPlane& plane, std::uint32_t x, std::uint32_t y) {
@@ -92,7 +93,7 @@ TEST(SliceBox, ReproducesLinearGradientsAlongAllAxes) {
 }
 
 TEST(SliceBox, ReproducesAUnitGradientToOneMillionth) {
-  const Solid solid = LimitSolid::prepare(make_box());
+  const Solid solid = prepare_solid(make_box());
   SliceJob job = job_of(solid, {0.1, 0.1, 1});
   LayerSlicer slicer(solid, job);
   const Layer layer = slicer.slice(3, {});
@@ -233,7 +234,7 @@ TEST(SliceBox, EncodingsCarryTheSameSamples) {
 
 class SliceRing : public testing::Test {
  protected:
-  static void SetUpTestSuite() { solid_ = LimitSolid::prepare(make_ring()); }
+  static void SetUpTestSuite() { solid_ = prepare_solid(make_ring()); }
   static void TearDownTestSuite() { solid_.reset(); }
 
   static SliceJob coarse_job() { return job_of(solid_, {0.9, 0.7, 0.71}); }

@@ -12,9 +12,13 @@
 #include <filesystem>
 #include <string>
 
+#include "core/base/read_file.h"
 #include "core/job/validate_job.h"
-#include "core/mesh/grade.h"
-#include "core/mesh/mesh_file.h"
+#include "core/limit/support.h"
+#include "core/mesh_authoring/grade.h"
+#include "core/mesh_files/read_mesh.h"
+#include "core/mesh_import/mesh_file.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 
 namespace ccslice {
@@ -42,14 +46,14 @@ GradedSolid prepare_graded(const std::string& path) {
   GradedSolid graded;
   graded.x_first_mm = first->x();
   graded.x_last_mm = last->x();
-  graded.solid = LimitSolid::prepare(std::move(mesh));
+  graded.solid = prepare_solid(std::move(mesh));
   return graded;
 }
 
 SliceJob job_of(const LimitSolid& solid, const Placement& placement) {
   SliceJob job;
   job.placement = placement;
-  const double pitch_mm = solid.placed_bounding_box(placement).sizes().maxCoeff() / kVoxelsAcross;
+  const double pitch_mm = bounding_box(solid, placement).sizes().maxCoeff() / kVoxelsAcross;
   GridRequest request;
   request.pitch = {pitch_mm, pitch_mm, pitch_mm};
   job.grid = plan_grid(solid, placement, request);

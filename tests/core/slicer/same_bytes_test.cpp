@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "core/slicer/slice_range.h"
 #include "tests/core/slicer/test_jobs.h"
@@ -76,7 +77,7 @@ ControlMesh make_crossing_boxes() {
 
 class SlicePart : public testing::TestWithParam<Part> {
  protected:
-  SlicePart() : solid_(LimitSolid::prepare(GetParam().make())) {
+  SlicePart() : solid_(prepare_solid(GetParam().make())) {
     Placement placement = Placement::Identity();
     placement.rotate(Eigen::AngleAxisd(GetParam().tilt_rad, Vec3(1, 2, -0.3).normalized()));
     job_ = job_of(solid_, GetParam().pitch, placement);
@@ -154,7 +155,7 @@ TEST(SameBytes, WhateverAWorkerSlicedBefore) {
   };
   for (const auto& [make, pitch, layers] : {Case{[] { return make_grid(); }, {0.3, 0.3, 0.05}, {396, 397, 398, 399}},
                                             Case{[] { return make_bracket(); }, {0.0846, 0.1692, 0.06}, {53, 54}}}) {
-    const Solid solid = LimitSolid::prepare(make());
+    const Solid solid = prepare_solid(make());
     SliceJob job = job_of(solid, pitch);
     LayerSlicer experienced(solid, job);
     for (const std::uint32_t layer : {0u, kSlabLayers, layers[0] - layers[0] % kSlabLayers}) {

@@ -13,7 +13,8 @@
 
 #include "core/base/error.h"
 #include "core/job/validate_job.h"
-#include "core/mesh/models.h"
+#include "core/models/models.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/allocation_count.h"
@@ -73,7 +74,7 @@ void expect_enough(const std::string& what, const Solid& solid, const SliceJob& 
 }
 
 void expect_enough_for_sample(const std::string& name, std::initializer_list<int> column_counts) {
-  const Solid solid = LimitSolid::prepare(find_sample_model(name)->make());
+  const Solid solid = prepare_solid(find_sample_model(name)->make());
   for (const int columns : column_counts) {
     for (const NamedJob& each : jobs_of(solid, columns)) {
       expect_enough(name + " " + each.name + " " + std::to_string(columns), solid, each.job);
@@ -87,7 +88,7 @@ TEST(SlicerMemory, IsToldBeforeItIsTaken) {
 }
 
 TEST(SlicerMemory, IsToldOfSeveralParts) {
-  const Solid coyote = LimitSolid::prepare(make_coyote());
+  const Solid coyote = prepare_solid(make_coyote());
   PlacedParts parts(3, {"", coyote, job_of(coyote, pitch_for(coyote, 60))});
   parts[1].job.placement.translate(Vec3(0.1, 0.2, 0));
   parts[2].job.placement.translate(Vec3(-0.3, 0, 0.1));
@@ -102,7 +103,7 @@ TEST(SlicerMemory, IsToldOfFineVoxelsAndTolerancesToo) { expect_enough_for_sampl
 // Voxels that no piece paints are left to tiles, even where all cells are large.
 TEST(SlicerMemory, IsToldOfPartsOfFewCellsToo) {
   for (const char* name : {"sharp_tet", "sharp_plate", "single_tet", "cube_of_tets"}) {
-    const Solid solid = LimitSolid::prepare(oracle::tiny_mesh(name));
+    const Solid solid = prepare_solid(oracle::tiny_mesh(name));
     for (const bool proved : {false, true}) {
       SliceJob job = job_of(solid, pitch_for(solid, 300));
       job.planes = {channel(0, SampleType::kFloat32)};
@@ -121,7 +122,7 @@ TEST(NightlySlicerMemory, IsToldOfFineVoxelsAndTolerancesToo) {
 }
 
 TEST(SlicerMemory, TellsOfWhatRowsCross) {
-  const Solid solid = LimitSolid::prepare(make_box({.cells_x = 1, .cells_y = 1, .cells_z = 1}));
+  const Solid solid = prepare_solid(make_box({.cells_x = 1, .cells_y = 1, .cells_z = 1}));
   SliceJob job = job_of(solid, pitch_for(solid, 100));
   const std::uint64_t rows = job.grid.extent.rows, crossings = slicer_memory(solid, job).crossings;
   EXPECT_GE(crossings, 2 * rows);
@@ -132,7 +133,7 @@ TEST(SlicerMemory, TellsOfWhatRowsCross) {
 }
 
 TEST(SlicerMemory, StopsWhenCancelled) {
-  const Solid solid = LimitSolid::prepare(make_grid());
+  const Solid solid = prepare_solid(make_grid());
   const CancellationToken cancel = CancellationToken::make();
   cancel.cancel();
   EXPECT_THROW((void)slicer_memory(solid, job_of(solid, pitch_for(solid, 400)), cancel), Error);

@@ -10,7 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/mesh/split_touching.h"
+#include "core/mesh_import/split_touching.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/tiny_meshes.h"
@@ -49,8 +50,7 @@ void expect_union(ControlMesh mesh) {
   FileNumbers numbers;
   ASSERT_EQ(split_touching(mesh, numbers).new_vertices, 2u);
   keep_sharp(mesh);
-  std::vector<Solid> solids = {LimitSolid::prepare(mesh), LimitSolid::prepare(cell_of(mesh, 0)),
-                               LimitSolid::prepare(cell_of(mesh, 1))};
+  std::vector<Solid> solids = {prepare_solid(mesh), prepare_solid(cell_of(mesh, 0)), prepare_solid(cell_of(mesh, 1))};
   GridRequest request;
   request.pitch = {.x_mm = 1, .y_mm = 1, .z_mm = 1};
   request.origin_mm = Vec3(-2.5, -2.5, -2.5);

@@ -13,6 +13,7 @@
 
 #include "core/limit/limit_evaluator.h"
 #include "core/limit/limit_solid.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/vertex_fit/vertex_fit.h"
 #include "tests/core/mesh/expect_error.h"
 #include "tests/support/cell_regions.h"
@@ -52,7 +53,7 @@ struct Sample {
 
 /// The first channel of the limit by evaluating it, at corners and middles of its cells and halfway between them.
 std::vector<Sample> evaluate(const ControlMesh& fitted) {
-  const auto solid = LimitSolid::prepare(fitted);
+  const auto solid = prepare_solid(fitted);
   LimitEvaluator evaluator(*solid);
   std::vector<Sample> samples;
   std::vector<double> values(solid->channel_count());

@@ -15,7 +15,8 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/limit/deviation.h"
+#include "core/prepare/deviation.h"
+#include "core/prepare/prepare_solid.h"
 #include "core/subdivision/refined_mesh.h"
 #include "tests/core/mesh/expect_error.h"
 #include "tests/support/brute_force.h"
@@ -53,7 +54,7 @@ std::vector<oracle::PointValue> brute_limits(const ControlMesh& mesh) {
 
 std::size_t folding_cells(ControlMesh mesh) {
   mesh.allow_folds = true;
-  return LimitSolid::prepare(mesh)->summary().folding_cells;
+  return prepare_solid(mesh)->summary().folding_cells;
 }
 
 TEST(VertexFit, PassesThroughEveryVertexWithItsChannels) {

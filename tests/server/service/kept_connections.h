@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/service/connection_listener.h"
+#include "server/service/network/connection_listener.h"
 
 namespace ccslice::server {
 

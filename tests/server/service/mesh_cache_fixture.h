@@ -15,8 +15,8 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "server/service/mesh_cache.h"
-#include "server/service/service_error.h"
+#include "server/service/base/service_error.h"
+#include "server/service/meshes/mesh_cache.h"
 
 namespace ccslice::server {
 

@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/service/mesh_cache.h"
+#include "server/service/meshes/mesh_cache.h"
 #include "tests/server/service/mesh_cache_fixture.h"
 
 namespace ccslice::server {

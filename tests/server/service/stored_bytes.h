@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/service/mesh_store.h"
+#include "server/service/meshes/mesh_store.h"
 
 namespace ccslice::server {
 

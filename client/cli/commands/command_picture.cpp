@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "client/cli/base/console.h"
+#include "client/cli/base/json.h"
+#include "client/cli/base/output_file.h"
+#include "client/cli/base/text_values.h"
+#include "client/cli/commands/commands.h"
+#include "client/cli/meshes/mesh_source.h"
+#include "client/cli/options/part_box.h"
+#include "client/cli/options/placement.h"
+#include "client/cli/options/printing.h"
+#include "client/cli/pictures/cut_view.h"
+#include "client/cli/pictures/legend.h"
+#include "client/cli/pictures/png_file.h"
+#include "client/cli/pictures/voxel_block.h"
+#include "client/client_error.h"
+
+namespace ccslice::cli {
+namespace {
+
+struct PictureOptions {
+  MeshOptions mesh;
+  PlacementOptions placement;
+  PrintingOptions printing;
+  std::string channel, view, output;
+  std::vector<std::string> cuts;
+  std::uint32_t width = 640, voxels = 240;
+  bool cell_regions = false, no_legend = false, force = false;
+};
+
+CutView parse_view(const PictureOptions& options) {
+  CutView view;
+  view.width = static_cast<int>(options.width);
+  if (!options.view.empty()) {
+    const std::vector<double> angles = parse_numbers("--view", options.view, 2, 2);
+    view.azimuth_deg = angles[0];
+    view.elevation_deg = angles[1];
+  }
+  for (const std::string& cut : options.cuts) {
+    const std::size_t axis = std::string_view("xyz").find(cut.substr(0, 1));
+    const bool whole = cut.size() >= 3 && cut[1] == '=' && axis != std::string_view::npos;
+    const double fraction = whole ? parse_number("--cut", std::string_view(cut).substr(2)) : -1;
+    if (!(fraction >= 0 && fraction <= 1)) {
+      throw UsageError("--cut takes an axis and a fraction of the part's extent from 0 to 1, as in x=0.5, not '" + cut +
+                       "'");
+    }
+    view.cut[axis] = fraction;
+  }
+  return view;
+}
+
+double longest_side(const v1::Box3& box) {
+  return std::max(
+      {box.max_mm().x() - box.min_mm().x(), box.max_mm().y() - box.min_mm().y(), box.max_mm().z() - box.min_mm().z()});
+}
+
+/// Cubic voxels, as many as wanted along the longest side of the box.
+v1::SliceRangeRequest block_request(const std::string& id, const v1::Placement& placement, const v1::Box3& box,
+                                    const PictureOptions& options) {
+  const double longest = longest_side(box);
+  v1::SliceRangeRequest request;
+  v1::SliceJob& job = *request.mutable_job() = client::job_of(id, placement);
+  v1::VoxelPitch& pitch = *job.mutable_grid()->mutable_pitch();
+  pitch.set_x_mm(longest / options.voxels);
+  pitch.set_y_mm(longest / options.voxels);
+  pitch.set_z_mm(longest / options.voxels);
+  if (const std::optional<v1::Printing> printing = parse_printing(options.printing)) {
+    ask_for_material_block(job, *printing);
+  } else if (options.cell_regions) {
+    ask_for_region_block(job);
+  } else {
+    ask_for_block(job, options.channel);
+  }
+  return request;
+}
+
+/// The surface, so near that no triangle can be told from it in the picture; somewhat coarser where that would be more
+/// triangles than the server gives.
+client::Surface picture_surface(Session& session, const v1::Part& part, const v1::Box3& box, int width) {
+  constexpr double kShareOfPlace = 0.1, kFinestMm = 1e-5, kCoarsestMm = 1e3, kCoarser = 4, kMostPlaces = 2;
+  const double place = longest_side(box) / width;
+  v1::TessellateBoundaryRequest request;
+  request.set_mesh_id(part.mesh_id());
+  *request.mutable_placement() = part.placements(0);
+  for (double tolerance = kShareOfPlace * place;; tolerance *= kCoarser) {
+    request.set_chord_tolerance_mm(std::clamp(tolerance, kFinestMm, kCoarsestMm));
+    try {
+      return session.client().tessellate(request, session.call());
+    } catch (const client::ClientError& error) {
+      if (error.reason() != "TOO_MANY_TRIANGLES" || tolerance > kMostPlaces * place) throw;
+    }
+  }
+}
+
+/// Letters that grow with the picture.
+int legend_scale(int width) {
+  constexpr int kWidthPerDot = 320;
+  return std::max(1, width / kWidthPerDot);
+}
+
+void ask_for_all_layers(Session& session, v1::SliceRangeRequest& request) {
+  v1::PlanSlicesRequest plan;
+  *plan.mutable_job() = request.job();
+  request.set_layer_count(session.client().plan(plan, session.call()).layer_count());
+}
+
+void run_picture(Session& session, const PictureOptions& options) {
+  if (options.cell_regions && (!options.channel.empty() || !options.printing.materials.empty())) {
+    throw UsageError("--cell-regions gives each region a colour: leave out --channel and --material, or it");
+  }
+  const CutView view = parse_view(options);
+  const v1::Placement placement = parse_placement(options.placement);
+  require_png_name(options.output);
+  refuse_to_overwrite(options.output, options.force);
+  const std::string id = ensure_on_server(session, options.mesh, options.placement);
+  const v1::Box3 box = part_box(session, id, placement);
+  v1::SliceRangeRequest request = block_request(id, placement, box, options);
+  ask_for_all_layers(session, request);
+  const VoxelBlock block = slice_block(session, request, "slicing");
+  Picture picture = draw_cut_view(picture_surface(session, request.job().parts(0), box, view.width), block, view);
+  if (!options.no_legend) picture = with_legend(std::move(picture), block.legend, legend_scale(view.width));
+  const std::string png = to_png(picture);
+  write_file(options.output, png);
+  if (session.options().json) {
+    JsonWriter json;
+    json.begin_object().member("file", options.output).member("width", static_cast<std::uint64_t>(picture.width));
+    json.member("height", static_cast<std::uint64_t>(picture.height)).member("size_bytes", png.size());
+    return print_line(json.end_object().text());
+  }
+  print_line(options.output + ": " + std::to_string(picture.width) + " x " + std::to_string(picture.height) + ", " +
+             show_bytes(png.size()));
+}
+
+}  // namespace
+
+Command add_picture(CLI::App& parent, CommonOptions& common) {
+  auto options = std::make_shared<PictureOptions>();
+  CLI::App* app = parent.add_subcommand("picture", "Write a picture of a part, whole or cut open, as a PNG file");
+  add_mesh_options(*app, options->mesh);
+  app->add_option("--channel", options->channel,
+                  "Colour by this material channel; with --material the picture shows the halftoned voxels in the "
+                  "materials' colours instead");
+  app->add_flag("--cell-regions", options->cell_regions,
+                "Give each cell region a colour instead (--regions-from makes regions)");
+  app->add_flag(
+      "--no-legend", options->no_legend,
+      "Leave out what stands below the picture: the bar of colours with numbers, or the names of materials or "
+      "cell regions");
+  app->add_option("--cut", options->cuts,
+                  "AXIS=FRACTION: cut away the viewer's side of a plane across x, y or z, at a fraction of the part's "
+                  "extent from 0 to 1. May be repeated: then only what is on that side of all planes is cut away")
+      ->allow_extra_args(false);
+  app->add_option("--view", options->view,
+                  "AZIMUTH,ELEVATION: where the viewer stands, in degrees from +x towards +y and above the horizon "
+                  "(default: -60,30)");
+  constexpr std::uint32_t kNarrowest = 16, kWidest = 4000, kCoarsest = 8, kFinest = 600;
+  app->add_option("--width", options->width, "Width of the picture; the height follows")
+      ->check(CLI::Range(kNarrowest, kWidest))
+      ->capture_default_str();
+  app->add_option("--voxels", options->voxels, "Voxels along the part's longest side: more give a finer picture")
+      ->check(CLI::Range(kCoarsest, kFinest))
+      ->capture_default_str();
+  app->add_option("-o,--output", options->output, "File to write")->required();
+  app->add_flag("--force", options->force, "Replace the file if it is there");
+  add_placement_options(*app, options->placement);
+  add_printing_options(*app, options->printing);
+  add_server_options(*app, common);
+  app->footer(
+      "Example:\n  ccslice picture engine.ccmesh --channel hardness --cut y=0.5 --view -60,30 -o engine.png\n"
+      "  ccslice picture engine.ccmesh --cut y=0.5 --material soft=#ffd700 --material hard=#202080 "
+      "--map blend:hardness:0=soft,1=hard -o halftoned.png");
+  return {app, [options](Session& session) { run_picture(session, *options); }};
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,193 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "client/cli/base/console.h"
+#include "client/cli/base/json.h"
+#include "client/cli/base/text_values.h"
+#include "client/cli/commands/commands.h"
+#include "client/cli/meshes/mesh_source.h"
+#include "client/cli/options/placement.h"
+#include "client/cli/output/point_file.h"
+#include "core/base/echo.h"
+#include "core/mesh_import/renumber_text.h"
+
+namespace ccslice::cli {
+namespace {
+
+struct ProbeOptions {
+  MeshOptions mesh;
+  PlacementOptions placement;
+  std::vector<std::string> at;
+  std::string points_file;
+};
+
+/// The points of --at, then those of the file.
+class Points {
+ public:
+  explicit Points(const ProbeOptions& options) {
+    for (const std::string& text : options.at) {
+      const std::vector<double> point = parse_numbers("--at", text, 3, 3);
+      named_.insert(named_.end(), point.begin(), point.end());
+    }
+    if (!options.points_file.empty()) {
+      file_.emplace(options.points_file);
+      // So that a wrong file is refused before anything is uploaded.
+      const std::vector<double> begin = file_->next(kFirstPoints);
+      named_.insert(named_.end(), begin.begin(), begin.end());
+    }
+    if (named_.empty()) {
+      throw UsageError("name points: --at X,Y,Z, or --points FILE with x, y, z of a point on each line");
+    }
+  }
+
+  std::vector<double> next(std::size_t most_points) {
+    if (named_.empty()) return file_ ? file_->next(most_points) : std::vector<double>();
+    const auto end = named_.begin() + static_cast<std::ptrdiff_t>(std::min(named_.size(), 3 * most_points));
+    std::vector<double> points(named_.begin(), end);
+    named_.erase(named_.begin(), end);
+    return points;
+  }
+
+ private:
+  static constexpr std::size_t kFirstPoints = 1000;
+
+  std::vector<double> named_;  // And those that begin the file.
+  std::optional<PointFile> file_;
+};
+
+const char* name_of(v1::PointLocation location) {
+  switch (location) {
+    case v1::POINT_LOCATION_INSIDE: return "inside";
+    case v1::POINT_LOCATION_NEAR: return "near";
+    default: return "outside";
+  }
+}
+
+/// One answer, wherever in its batch.
+struct PointAnswer {
+  const v1::ProbePointsResponse& batch;
+  int index;
+  int channels;
+
+  bool outside() const { return batch.locations(index) == v1::POINT_LOCATION_OUTSIDE; }
+  double uvw(int i) const { return batch.uvw(3 * index + i); }
+  double material(int channel) const { return batch.materials(index * channels + channel); }
+};
+
+void add_json(const double* point, const PointAnswer& answer, const v1::MeshSummary& mesh, const FileNumbers* numbers,
+              JsonWriter& json) {
+  json.begin_object().key("point_mm").begin_array().value(point[0]).value(point[1]).value(point[2]).end_array();
+  json.member("location", name_of(answer.batch.locations(answer.index)));
+  if (!answer.outside()) {
+    json.member("limit_cell", answer.batch.limit_cells(answer.index));
+    const std::uint32_t cell = answer.batch.control_cells(answer.index);
+    json.member("control_cell", cell);
+    if (numbers != nullptr) json.member("file_cell", file_cell(*numbers, cell));
+    json.key("uvw").begin_array();
+    for (int i = 0; i < 3; ++i) json.value(answer.uvw(i));
+    json.end_array().member("residual_mm", answer.batch.residuals_mm(answer.index)).key("materials").begin_object();
+    for (int i = 0; i < mesh.channels_size(); ++i) json.member(mesh.channels(i).name(), answer.material(i));
+    json.end_object();
+  }
+  json.end_object();
+}
+
+std::string as_text(const double* point, const PointAnswer& answer, const v1::MeshSummary& mesh,
+                    const FileNumbers* numbers) {
+  std::string text = "(" + show_number(point[0]) + ", " + show_number(point[1]) + ", " + show_number(point[2]) + ") " +
+                     name_of(answer.batch.locations(answer.index));
+  if (answer.outside()) return text;
+  const std::uint32_t cell = answer.batch.control_cells(answer.index);
+  text += numbers != nullptr ? ", " + numbers->cell_noun + " " + std::to_string(file_cell(*numbers, cell))
+                             : ", cell " + std::to_string(cell);
+  text +=
+      " (" + show_number(answer.uvw(0)) + ", " + show_number(answer.uvw(1)) + ", " + show_number(answer.uvw(2)) + ")";
+  for (int i = 0; i < mesh.channels_size(); ++i) {
+    text += ", " + echoed(mesh.channels(i).name()) + " " + show_number(answer.material(i));
+  }
+  return text;
+}
+
+/// Prints answers as they come. JSON is one array.
+class AnswerPrinter {
+ public:
+  /// `numbers`: of the file that the mesh came from, or null.
+  AnswerPrinter(const v1::MeshSummary& mesh, const FileNumbers* numbers, bool json)
+      : mesh_(mesh), numbers_(numbers), json_(json) {}
+
+  void print(std::span<const double> points, const v1::ProbePointsResponse& batch) {
+    for (int i = 0; i < batch.locations_size(); ++i) {
+      const double* point = &points[3 * static_cast<std::size_t>(i)];
+      const PointAnswer answer{batch, i, mesh_.channels_size()};
+      if (!json_) {
+        print_line(as_text(point, answer, mesh_, numbers_));
+        continue;
+      }
+      JsonWriter json;
+      add_json(point, answer, mesh_, numbers_, json);
+      print_part((printed_++ == 0 ? "[" : ",") + json.text());
+    }
+  }
+
+  void end() {
+    if (json_) print_line(printed_ == 0 ? "[]" : "]");
+  }
+
+  /// So that what is said of a failure has a line of its own.
+  void break_off() {
+    if (json_ && printed_ > 0) print_line("");
+  }
+
+ private:
+  const v1::MeshSummary& mesh_;
+  const FileNumbers* const numbers_;
+  const bool json_;
+  std::uint64_t printed_ = 0;
+};
+
+void run_probe(Session& session, const ProbeOptions& options) {
+  Points points(options);
+  const v1::Placement placement = parse_placement(options.placement);
+  const std::string id = ensure_on_server(session, options.mesh, options.placement);
+  const v1::MeshSummary mesh = session.client().mesh_summary(id, session.call());
+  const std::optional<FileNumbers>& numbers = session.file_numbers();
+  AnswerPrinter printer(mesh, numbers ? &*numbers : nullptr, session.options().json);
+  try {
+    session.client().probe(
+        id, placement, [&](std::size_t most_points) { return points.next(most_points); },
+        [&](std::span<const double> asked, const v1::ProbePointsResponse& batch) { printer.print(asked, batch); },
+        session.call());
+  } catch (...) {
+    printer.break_off();
+    throw;
+  }
+  printer.end();
+}
+
+}  // namespace
+
+Command add_probe(CLI::App& parent, CommonOptions& common) {
+  auto options = std::make_shared<ProbeOptions>();
+  CLI::App* app = parent.add_subcommand("probe", "Say whether points are inside, in which cell, and of what material");
+  add_mesh_options(*app, options->mesh);
+  app->add_option("--at", options->at, "A point, X,Y,Z in mm; may be repeated")->allow_extra_args(false);
+  app->add_option("--points", options->points_file,
+                  "A file of points, x y z or x,y,z on each line, in any number: answers are printed as they come");
+  add_placement_options(*app, options->placement);
+  add_server_options(*app, common);
+  app->footer(
+      "Examples:\n  ccslice probe ring.ccmesh --at 34,0,8 --at 0,0,0\n  ccslice probe part.vtk --grade "
+      "stiffness=z --points points.csv --json");
+  return {app, [options](Session& session) { run_probe(session, *options); }};
+}
+
+}  // namespace ccslice::cli

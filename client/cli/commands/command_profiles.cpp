@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <string>
+
+#include "client/cli/base/console.h"
+#include "client/cli/base/json.h"
+#include "client/cli/commands/commands.h"
+#include "client/cli/options/resins.h"
+#include "core/job/printer_profile.h"
+
+namespace ccslice::cli {
+namespace {
+
+constexpr double kInchMm = 25.4, kMicrometres = 1000;  // The latter: a millimetre has.
+
+std::string describe_profile(const PrinterProfile& profile) {
+  std::string text =
+      profile.name + ": " + profile.title + "\n  pitch      " + show_number(kMicrometres * profile.pitch.x_mm) + " x " +
+      show_number(kMicrometres * profile.pitch.y_mm) + " x " + show_number(kMicrometres * profile.pitch.z_mm) +
+      " um, " + show_number(kInchMm / profile.pitch.x_mm) + " x " + show_number(kInchMm / profile.pitch.y_mm) + " dpi";
+  if (!profile.tray_mm.isZero()) {
+    text += "\n  tray       " + show_size(profile.tray_mm.x(), profile.tray_mm.y(), profile.tray_mm.z()) + " mm";
+  }
+  if (profile.max_materials > 0) {
+    text += "\n  materials  up to " + std::to_string(profile.max_materials) + " at a time";
+  }
+  if (profile.min_layers > 0) text += "\n  layers     at least " + std::to_string(profile.min_layers);
+  return text;
+}
+
+void add_profile(const PrinterProfile& profile, JsonWriter& json) {
+  json.begin_object().member("name", profile.name).member("title", profile.title).key("pitch_mm").begin_array();
+  json.value(profile.pitch.x_mm)
+      .value(profile.pitch.y_mm)
+      .value(profile.pitch.z_mm)
+      .end_array()
+      .key("tray_mm")
+      .begin_array();
+  json.value(profile.tray_mm.x()).value(profile.tray_mm.y()).value(profile.tray_mm.z()).end_array();
+  json.member("max_materials", profile.max_materials).member("min_layers", profile.min_layers).end_object();
+}
+
+void run_profiles(const Session& session) {
+  JsonWriter json;
+  json.begin_array();
+  for (const PrinterProfile& profile : printer_profiles()) {
+    if (!session.options().json) print_line(describe_profile(profile));
+    add_profile(profile, json);
+  }
+  if (session.options().json) return print_line(json.end_array().text());
+  print_line("PolyJet resins that need no colour: " + resin_names());
+}
+
+}  // namespace
+
+Command add_profiles(CLI::App& parent, CommonOptions& common) {
+  CLI::App* app = parent.add_subcommand("profiles", "List the printers that --profile knows, and resins");
+  add_output_options(*app, common);
+  app->footer(
+      "Figures are as publicly known, not certified by the makers.\n"
+      "Example:\n  ccslice slice part.ccmesh --for grabcad --profile j750-hm --material VeroCY-V -o part");
+  return {app, [](Session& session) { run_profiles(session); }};
+}
+
+}  // namespace ccslice::cli

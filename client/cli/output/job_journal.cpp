@@ -1,0 +1,111 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/output/job_journal.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <optional>
+#include <system_error>
+
+#include "client/cli/base/json.h"
+#include "client/cli/base/json_fields.h"
+#include "client/cli/output/layer_entry.h"
+#include "client/mesh_bytes.h"
+#include "core/base/error.h"
+#include "core/base/read_file.h"
+#include "core/mesh_import/mesh_file.h"
+
+namespace ccslice::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using google::protobuf::Struct;
+
+bool is_whole_layer(const fs::path& folder, const Struct& layer) {
+  return std::ranges::all_of(files_of_entry(layer),
+                             [&](const FileEntry& file) { return read_whole_file(folder, file).has_value(); });
+}
+
+std::string first_line(const std::string& job_id) {
+  JsonWriter json;
+  return json.begin_object().member("format", "ccslice-journal").member("job", job_id).end_object().text();
+}
+
+}  // namespace
+
+JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResponse& plan,
+                  std::string_view contour_format) {
+  const std::string job = request.SerializeAsString() + plan.engine_version() + plan.grid().SerializeAsString() +
+                          std::string(contour_format);
+  return {client::sha256_of(job), request.layer_count()};
+}
+
+JobKey job_key_of(const ShareRecord& record) {
+  const std::string job = record.job_id + " " + describe(record.share);
+  return {client::sha256_of(job), record.layers.last - record.layers.first + 1, record};
+}
+
+bool holds_whole_job(const fs::path& folder, const JobKey& job) {
+  constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 30;
+  const fs::path path = folder / "manifest.json";
+  if (!fs::exists(path)) return false;
+  const std::optional<Struct> manifest = parse_object(read_file_bytes(path.string(), kMostBytes));
+  const std::string remedy = "; take another folder, or --force to replace them";
+  if (!manifest || text(*manifest, "job") != job.id) {
+    throw Error(ErrorCode::kFileUnwritable, folder.string() + " holds all layers of another job" + remedy);
+  }
+  for (const auto& layer : items(*manifest, "layers")) {
+    if (is_whole_layer(folder, layer.struct_value())) continue;
+    throw Error(ErrorCode::kFileUnwritable,
+                folder.string() + " holds this job, but files of it have changed since it was complete" + remedy);
+  }
+  return true;
+}
+
+FinishedLayers read_journal(const fs::path& folder, const JobKey& job) {
+  FinishedLayers finished;
+  std::ifstream file(folder / JobJournal::kName);
+  std::string line;
+  if (!std::getline(file, line)) return finished;
+  if (line != first_line(job.id)) {
+    throw Error(ErrorCode::kFileUnwritable, folder.string() +
+                                                " holds layers of another job, or of another version of the server; "
+                                                "take another folder, or --force to replace them");
+  }
+  while (finished.counts.layers + 1 < job.layers && std::getline(file, line)) {
+    const std::optional<Struct> layer = parse_object(line);
+    if (!layer || !is_whole_layer(folder, *layer)) break;
+    finished.counts.add_counts(counts_of_entry(*layer));
+    finished.manifest_entries.push_back(line);
+  }
+  return finished;
+}
+
+JobJournal::JobJournal(const fs::path& folder, const JobKey& job, const FinishedLayers& finished)
+    : path_(folder / kName), file_(nullptr, std::fclose) {
+  std::string text = first_line(job.id) + "\n";
+  for (const std::string& entry : finished.manifest_entries) text += entry + "\n";
+  write_file(path_, text);
+  file_ = open_to_append(path_);
+}
+
+void JobJournal::add(const std::string& manifest_entry) {
+  const std::string line = manifest_entry + "\n";
+  if (std::fputs(line.c_str(), file_.get()) < 0 || std::fflush(file_.get()) != 0) fail();
+}
+
+void JobJournal::remove() {
+  file_.reset();
+  std::error_code ignored;
+  fs::remove(path_, ignored);
+}
+
+void JobJournal::fail() const {
+  throw Error(ErrorCode::kFileUnwritable, "cannot write " + path_.string() + ": " + std::strerror(errno));
+}
+
+}  // namespace ccslice::cli

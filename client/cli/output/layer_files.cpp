@@ -1,0 +1,221 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/output/layer_files.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "client/cli/base/json.h"
+#include "client/mesh_bytes.h"
+#include "client/plane_encodings.h"
+
+namespace ccslice::cli {
+namespace {
+
+constexpr std::string_view kPrefix = "layer_", kPlainPrefix = "slice_";
+constexpr std::size_t kFewestDigits = 4;
+constexpr std::string_view kUnknownExtension = ".zst";  // Such planes don't get as far as a file.
+
+/// A channel's name as part of a file name: letters, digits, '-' and '.' stay, all else becomes '_'.
+std::string file_name_of(const v1::PlaneSpec& plane) {
+  if (plane.has_channels()) return "channels";
+  if (plane.has_materials()) return "materials";
+  if (plane.has_occupancy()) return "occupancy";
+  if (plane.has_cell_regions()) return "cell_regions";
+  std::string name = plane.has_material_mask() ? "mask_" + plane.material_mask().material() : plane.channel().name();
+  name = name.substr(0, 64);
+  for (char& c : name) {
+    const bool plain =
+        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.';
+    if (!plain) c = '_';
+  }
+  return name;
+}
+
+std::string extension_of(const v1::PlaneSpec& plane) {
+  const client::PlaneEncoding* encoding = client::find_encoding(plane.encoding());
+  return std::string(encoding ? encoding->extension : kUnknownExtension);
+}
+
+/// REQUIRES: one plane, if names are plain.
+std::vector<std::string> suffixes_of(const std::vector<v1::PlaneSpec>& planes, const LayerNames& names) {
+  if (names.plain) return {extension_of(planes.front())};
+  std::vector<std::string> suffixes;
+  std::set<std::string> used = {"contours"};
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    std::string name = file_name_of(planes[i]);
+    if (!used.insert(name).second) name += "_" + std::to_string(i);
+    used.insert(name);
+    suffixes.push_back("_" + name + extension_of(planes[i]));
+  }
+  return suffixes;
+}
+
+std::set<std::string> extensions_of_ours() {
+  std::set<std::string> extensions = {".json", ".csv", ".svg"};
+  for (const client::PlaneEncoding& encoding : client::plane_encodings()) extensions.emplace(encoding.extension);
+  return extensions;
+}
+
+std::string contours_as_json(const client::Layer& layer, bool by_region) {
+  JsonWriter json;
+  json.begin_object().member("layer", layer.index).member("z_mm", layer.z_mm).key("loops").begin_array();
+  for (const client::ContourLoop& loop : layer.contours) {
+    json.begin_array();
+    for (std::size_t i = 0; i + 1 < loop.points_mm.size(); i += 2) {
+      json.begin_array().value(loop.points_mm[i]).value(loop.points_mm[i + 1]).end_array();
+    }
+    json.end_array();
+  }
+  json.end_array();
+  if (by_region) {
+    json.key("cell_regions").begin_array();
+    for (const client::ContourLoop& loop : layer.contours) json.value(loop.cell_region);
+    json.end_array();
+  } else {
+    json.key("faces").begin_array();
+    for (const client::ContourLoop& loop : layer.contours) {
+      json.begin_array();
+      for (const std::uint32_t face : loop.faces) json.value(face);
+      json.end_array();
+    }
+    json.end_array().key("parameters").begin_array();
+    for (const client::ContourLoop& loop : layer.contours) {
+      json.begin_array();
+      for (std::size_t i = 0; i + 1 < loop.parameters.size(); i += 2) {
+        json.begin_array().value(loop.parameters[i]).value(loop.parameters[i + 1]).end_array();
+      }
+      json.end_array();
+    }
+    json.end_array();
+  }
+  json.end_object();
+  return json.text() + "\n";
+}
+
+std::string contours_as_csv(const client::Layer& layer, bool by_region) {
+  std::string text = by_region ? "loop,x_mm,y_mm,cell_region\n" : "loop,x_mm,y_mm\n";
+  for (std::size_t loop = 0; loop < layer.contours.size(); ++loop) {
+    const std::vector<double>& points = layer.contours[loop].points_mm;
+    const std::string end = (by_region ? "," + std::to_string(layer.contours[loop].cell_region) : "") + "\n";
+    for (std::size_t i = 0; i + 1 < points.size(); i += 2) {
+      text += std::to_string(loop) + "," + shortest(points[i]) + "," + shortest(points[i + 1]) + end;
+    }
+  }
+  return text;
+}
+
+/// One path of all loops of a part, where even and odd crossings tell inside from outside, or one for each of its cell
+/// regions. SVG has y downwards, so it is turned about.
+std::string contours_as_svg(const client::Layer& layer, const ContourFiles& files) {
+  const auto& [left, bottom, width, height] = files.box_mm;
+  std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + shortest(width) + "mm\" height=\"" +
+                     shortest(height) + "mm\" viewBox=\"" + shortest(left) + " " + shortest(-bottom - height) + " " +
+                     shortest(width) + " " + shortest(height) + "\">\n<title>layer " + std::to_string(layer.index) +
+                     ", z = " + shortest(layer.z_mm) + " mm</title>\n";
+  // By placed part and cell region; these are 0 where regions aren't asked for.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::string> paths;
+  for (const client::ContourLoop& loop : layer.contours) {
+    std::string& path = paths[{loop.placed_part, loop.cell_region}];
+    for (std::size_t i = 0; i + 1 < loop.points_mm.size(); i += 2) {
+      path += (i == 0 ? "M" : "L") + shortest(loop.points_mm[i]) + "," + shortest(0 - loop.points_mm[i + 1]);
+    }
+    path += "Z\n";
+  }
+  for (const auto& [number, path] : paths) {
+    const auto& [part, region] = number;
+    const std::string of_part = part == 0 ? "" : "-part-" + std::to_string(part + 1);  // Ids are there once.
+    text += files.by_region ? "<path id=\"cell-region-" + std::to_string(region) + of_part + "\"" : "<path";
+    text += " fill-rule=\"evenodd\" d=\"" + path + "\"/>\n";
+  }
+  return text + "</svg>\n";
+}
+
+LayerFile contour_file(const std::string& prefix, const client::Layer& layer, const ContourFiles& files) {
+  switch (files.format) {
+    case ContourFormat::kCsv: return {prefix + "_contours.csv", contours_as_csv(layer, files.by_region)};
+    case ContourFormat::kSvg: return {prefix + "_contours.svg", contours_as_svg(layer, files)};
+    default: return {prefix + "_contours.json", contours_as_json(layer, files.by_region)};
+  }
+}
+
+}  // namespace
+
+bool is_layer_file(const std::string& name) {
+  static const std::set<std::string> kExtensions = extensions_of_ours();
+  const std::size_t digits = name.find('_') + 1;
+  const std::size_t digits_end = name.find_first_not_of("0123456789", digits);
+  if (digits_end == std::string::npos || digits_end == digits) return false;
+  const std::string_view prefix = std::string_view(name).substr(0, digits),
+                         rest = std::string_view(name).substr(digits_end);
+  return (prefix == kPrefix && rest.starts_with('_') &&
+          kExtensions.contains(std::filesystem::path(name).extension().string())) ||
+         (prefix == kPlainPrefix && rest == ".png");
+}
+
+LayerFiles::LayerFiles(const std::vector<v1::PlaneSpec>& planes, ContourFiles contours, std::uint32_t grid_layers,
+                       LayerNames names)
+    : contours_(contours),
+      names_(names),
+      suffixes_(suffixes_of(planes, names_)),
+      digits_(names_.plain ? 0 : std::max(kFewestDigits, std::to_string(std::max(grid_layers, 1u) - 1).size())) {}
+
+std::string LayerFiles::prefix_of(std::uint32_t layer) const {
+  const std::string number = std::to_string(layer - names_.number_0);
+  return std::string(names_.plain ? kPlainPrefix : kPrefix) +
+         std::string(digits_ - std::min(digits_, number.size()), '0') + number;
+}
+
+std::vector<LayerFile> LayerFiles::of(const client::Layer& layer) const {
+  const std::string prefix = prefix_of(layer.index);
+  std::vector<LayerFile> files;
+  for (std::size_t i = 0; i < layer.planes.size(); ++i) {
+    files.push_back({prefix + suffixes_[i], layer.planes[i].encoded});
+  }
+  if (contours_.format != ContourFormat::kNone) files.push_back(contour_file(prefix, layer, contours_));
+  return files;
+}
+
+std::string LayerFiles::manifest_entry(const client::Layer& layer, const std::vector<LayerFile>& files) const {
+  JsonWriter json;
+  const v1::LayerStatistics& statistics = layer.end.statistics();
+  json.begin_object()
+      .member("layer", layer.index)
+      .member("z_mm", layer.z_mm)
+      .member("voxel_count", layer.end.voxel_count())
+      .member("empty", layer.end.empty())
+      .member("voxels_coherent", statistics.voxels_coherent())
+      .member("voxels_full", statistics.voxels_full())
+      .member("voxels_interpolated", statistics.voxels_interpolated())
+      .member("voxels_unresolved", statistics.voxels_unresolved())
+      .member("voxels_repainted", statistics.voxels_repainted())
+      .member("max_residual_mm", statistics.max_residual_mm())
+      .member("contour_loops", statistics.contour_loops())
+      .member("contour_points", statistics.contour_points())
+      .member("contour_leaves_unresolved", statistics.contour_leaves_unresolved());
+  if (statistics.material_voxels_size() > 0) {
+    json.key("material_voxels").begin_array();
+    for (const std::uint64_t voxels : statistics.material_voxels()) json.value(voxels);
+    json.end_array().member("voxels_off_map", statistics.voxels_off_map());
+    json.member("voxels_scaled_up", statistics.voxels_scaled_up());
+    json.member("least_fraction_sum", statistics.least_fraction_sum());
+  }
+  json.key("planes").begin_array();
+  for (std::size_t i = 0; i < layer.planes.size(); ++i) {
+    json.begin_object().member("file", files[i].name).member("file_bytes", files[i].bytes.size());
+    json.member("raw_bytes", layer.planes[i].result.raw_bytes()).member("crc32", layer.planes[i].result.crc32());
+    json.member("sha256", client::sha256_of(files[i].bytes)).end_object();
+  }
+  json.end_array();
+  if (contours_.format != ContourFormat::kNone) {
+    const LayerFile& contours = files.back();
+    json.key("contours").begin_object().member("file", contours.name).member("file_bytes", contours.bytes.size());
+    json.member("sha256", client::sha256_of(contours.bytes)).end_object();
+  }
+  return json.end_object().text();
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/output/slice_report.h"
+
+#include <vector>
+
+#include "client/cli/base/console.h"
+#include "client/cli/base/json.h"
+#include "core/base/echo.h"
+#include "core/base/number_text.h"
+
+namespace ccslice::cli {
+namespace {
+
+void add_share(const PlannedJob& job, JsonWriter& json) {
+  if (!job.key.share) return;
+  json.key("share");
+  add_json(*job.key.share, json);
+}
+
+/// Voxels whose values the material maps don't take as they are.
+void warn_of_misfits(const client::SliceOutcome& outcome) {
+  constexpr int kDigits = 3;
+  const auto share = [&](std::uint64_t voxels) {
+    const double percent = 100 * static_cast<double>(voxels) / static_cast<double>(outcome.voxel_count);
+    return show_count(voxels) + " of " + show_count(outcome.voxel_count) + " voxels (" + number_text(percent, kDigits) +
+           " %)";
+  };
+  if (outcome.voxels_off_map > 0) {
+    print_note("warning: " + share(outcome.voxels_off_map) +
+               " have values that their --map doesn't cover, and took what the nearer end gives");
+  }
+  if (outcome.voxels_scaled_up > 0) {
+    print_note("warning: " + share(outcome.voxels_scaled_up) +
+               " have fractions that add up to less than 1, the least to " +
+               number_text(outcome.least_fraction_sum, kDigits) +
+               ", and were scaled up to 1; rest=NAME in --map direct lets a material take the rest");
+  }
+}
+
+}  // namespace
+
+std::string place_of(const std::string& output) { return output == "-" ? "standard output" : output; }
+
+void report_sliced(const Session& session, const std::string& output, const PlannedJob& job,
+                   const SliceResult& result) {
+  const client::SliceOutcome& outcome = result.outcome;
+  if (session.options().json) {
+    JsonWriter json;
+    json.begin_object().member("output", output).member("mesh_id", job.request.job().parts(0).mesh_id());
+    add_share(job, json);
+    json.member("engine_version", outcome.header.engine_version()).member("layers", outcome.layers);
+    json.member("empty_layers", outcome.empty_layers).member("voxel_count", outcome.voxel_count);
+    json.member("voxels_interpolated", outcome.voxels_interpolated);
+    json.member("voxels_unresolved", outcome.voxels_unresolved).member("voxels_repainted", outcome.voxels_repainted);
+    json.member("voxels_off_map", outcome.voxels_off_map).member("voxels_scaled_up", outcome.voxels_scaled_up);
+    json.member("least_fraction_sum", outcome.least_fraction_sum).member("max_residual_mm", outcome.max_residual_mm);
+    json.member("written_bytes", result.written_bytes).member("seconds", result.seconds);
+    if (!result.contact_sheet.empty()) json.member("contact_sheet", result.contact_sheet);
+    json.member("resumes", outcome.resumes).member("reuploads", outcome.reuploads);
+    return print_line(json.end_object().text());
+  }
+  const std::string said = show_count(outcome.layers, "layer") + ", " + show_count(outcome.voxel_count, "voxel") +
+                           " inside, " + show_bytes(result.written_bytes) + " in " + show_duration(result.seconds) +
+                           " -> " + place_of(output);
+  if (output != "-") {
+    print_line(said);
+    if (!result.contact_sheet.empty()) print_line("contact sheet: " + result.contact_sheet);
+    if (job.key.share) print_line(describe(*job.key.share) + "; ccslice join makes the job of all shares");
+  } else if (!session.quiet()) {
+    print_note(said);
+  }
+  if (outcome.voxels_unresolved > 0 && !session.quiet()) {
+    print_note("note: " + show_count(outcome.voxels_unresolved) +
+               " voxels took the material of the nearest place that could be solved");
+  }
+  if (outcome.voxels_repainted > 0 && !session.quiet()) {
+    print_note(
+        "note: " + show_count(outcome.voxels_repainted) +
+        " voxels were inverted, as one beside them, which was checked, was beyond the material tolerance; please "
+        "report it with the mesh and the command");
+  }
+  if (!session.quiet()) warn_of_misfits(outcome);
+}
+
+void report_complete(const Session& session, const std::string& output, const PlannedJob& job) {
+  if (session.options().json) {
+    JsonWriter json;
+    json.begin_object().member("output", output).member("engine_version", job.plan.engine_version());
+    add_share(job, json);
+    json.member("layers", job.layers()).member("written_bytes", std::uint64_t{0}).member("complete_before", true);
+    return print_line(json.end_object().text());
+  }
+  print_line(show_count(job.layers(), "layer") + " -> " + output);
+}
+
+void warn_of_covered(const client::SliceOutcome& outcome) {
+  if (outcome.voxels_covered == 0) return;
+  print_note("warning: parts overlap in " + show_count(outcome.voxels_covered) +
+             " voxels, counted once for each part that lacks them: the part with the higher priority has them, or else "
+             "the first one. Move the parts apart if that isn't meant");
+}
+
+void warn_of_materials(const client::SliceOutcome& outcome) {
+  const auto& materials = outcome.header.printing().materials();
+  std::vector<std::string> used, unused;
+  for (int m = 0; m < materials.size(); ++m) {
+    const auto index = static_cast<std::size_t>(m);
+    const bool printed = index < outcome.material_voxels.size() && outcome.material_voxels[index] > 0;
+    (printed ? used : unused).push_back(echoed(materials[m].name()));
+  }
+  if (unused.empty() || used.empty()) return;
+  const std::string nowhere = "material" + std::string(unused.size() == 1 ? " " : "s ") +
+                              echoed_list(unused, unused.size()) + " came out nowhere";
+  print_note("warning: " + nowhere + (used.size() == 1 ? ": all voxels are of " + used.front() : "") +
+             "; if that isn't meant, compare the channels' ranges (ccslice info) with the --map");
+}
+
+}  // namespace ccslice::cli

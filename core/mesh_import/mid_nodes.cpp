@@ -1,0 +1,229 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/mesh_import/mid_nodes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/base/number_text.h"
+#include "core/mesh/cell_complex.h"
+
+namespace ccslice {
+namespace {
+
+constexpr float kSameValues = 1e-6f;  // Values that differ by less, as a share of the larger, agree.
+
+constexpr std::array<std::array<std::uint8_t, 2>, 6> kTetEdges = {{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+constexpr std::array<std::array<std::uint8_t, 2>, 9> kWedgeEdges = {
+    {{0, 1}, {1, 2}, {2, 0}, {3, 4}, {4, 5}, {5, 3}, {0, 3}, {1, 4}, {2, 5}}};
+constexpr std::array<std::array<std::uint8_t, 2>, 12> kHexEdges = {
+    {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6}, {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}}};
+constexpr std::array<std::array<std::uint8_t, 4>, 3> kWedgeFaces = {{{0, 1, 4, 3}, {1, 2, 5, 4}, {2, 0, 3, 5}}};
+constexpr std::array<std::array<std::uint8_t, 4>, 6> kHexFaces = {
+    {{0, 3, 7, 4}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 2, 6, 7}, {0, 1, 2, 3}, {4, 5, 6, 7}}};
+
+/// Adds the nodes of one cell. Edges and faces that repeated corners have made less of have none.
+void add_nodes(const ControlMesh& mesh, std::size_t cell, std::span<const std::uint32_t> corners,
+               std::span<const std::uint32_t> nodes, MidNodeList& list) {
+  const std::size_t channels = mesh.channel_count();
+  const auto values = [&](std::uint32_t node) {
+    return std::span(mesh.channel_values).subspan(node * channels, channels);
+  };
+  std::size_t next = 0;
+  const auto next_node = [&]() { return next < nodes.size() ? nodes[next++] : kNone; };
+  for (const auto& [a, b] : mid_edges(mesh.cell_kinds[cell])) {
+    const std::uint32_t node = next_node();
+    if (node == kNone || corners[a] == corners[b]) continue;
+    list.add_edge({corners[a], corners[b]}, mesh.positions[node], values(node));
+  }
+  for (const auto& [a, b, c, d] : mid_faces(mesh.cell_kinds[cell])) {
+    const std::uint32_t node = next_node();
+    std::array<std::uint32_t, 4> ring = {corners[a], corners[b], corners[c], corners[d]};
+    std::ranges::sort(ring);
+    if (node == kNone || std::ranges::adjacent_find(ring) != ring.end()) continue;
+    list.add_face(ring, mesh.positions[node], values(node));
+  }
+  const std::uint32_t node = next_node();
+  if (node != kNone) list.add_cell(static_cast<std::uint32_t>(cell), mesh.positions[node], values(node));
+}
+
+/// `keys`: ascending. `first`: the node of the first key.
+template <typename Key>
+std::optional<std::size_t> node_in(const std::vector<Key>& keys, std::size_t first, const Key& key) {
+  const auto found = std::ranges::lower_bound(keys, key);
+  if (found == keys.end() || *found != key) return std::nullopt;
+  return first + static_cast<std::size_t>(found - keys.begin());
+}
+
+}  // namespace
+
+std::span<const std::array<std::uint8_t, 2>> mid_edges(CellKind kind) {
+  if (kind == CellKind::kHex) return kHexEdges;
+  return kind == CellKind::kTet ? std::span<const std::array<std::uint8_t, 2>>(kTetEdges) : kWedgeEdges;
+}
+
+std::span<const std::array<std::uint8_t, 4>> mid_faces(CellKind kind) {
+  if (kind == CellKind::kHex) return kHexFaces;
+  return kind == CellKind::kTet ? std::span<const std::array<std::uint8_t, 4>>{} : kWedgeFaces;
+}
+
+std::optional<std::size_t> edge_node(const MidNodes& nodes, std::array<std::uint32_t, 2> vertices) {
+  std::ranges::sort(vertices);
+  return node_in(nodes.edges, 0, vertices);
+}
+
+std::optional<std::size_t> face_node(const MidNodes& nodes, std::array<std::uint32_t, 4> vertices) {
+  std::ranges::sort(vertices);
+  return node_in(nodes.faces, nodes.edges.size(), vertices);
+}
+
+std::optional<std::size_t> cell_node(const MidNodes& nodes, std::uint32_t cell) {
+  return node_in(nodes.cells, nodes.edges.size() + nodes.faces.size(), cell);
+}
+
+/// Where the table has the key, or would have it.
+std::uint32_t& MidNodeList::place_of(const std::array<std::uint32_t, 5>& key) {
+  std::uint64_t hash = 0;
+  for (const std::uint32_t part : key) {
+    hash = (hash ^ part) * 0x9e3779b97f4a7c15;
+    hash ^= hash >> 32;
+  }
+  std::size_t place = hash % places_.size();
+  while (places_[place] != kNone && nodes_[places_[place]].key != key) place = (place + 1) % places_.size();
+  return places_[place];
+}
+
+/// Half of the table stays empty.
+void MidNodeList::grow() {
+  constexpr std::size_t kFew = 64;
+  places_.assign(std::max(kFew, 2 * places_.size()), kNone);
+  for (const Node& node : nodes_) place_of(node.key) = node.index;
+}
+
+void MidNodeList::add(std::array<std::uint32_t, 5> key, const Vec3& position, std::span<const float> values) {
+  if (2 * (nodes_.size() + 1) > places_.size()) grow();
+  std::uint32_t& place = place_of(key);
+  if (place != kNone) {
+    Node& first = nodes_[place];
+    first.apart_mm = std::max(first.apart_mm, (position - positions_[place]).norm());
+    for (std::size_t c = 0; c < channels_; ++c) {
+      const float known = values_[place * channels_ + c];
+      const float most = kSameValues * std::max(std::abs(known), std::abs(values[c]));
+      first.disagree = first.disagree || !(std::abs(values[c] - known) <= most);
+    }
+    return;
+  }
+  place = static_cast<std::uint32_t>(nodes_.size());
+  nodes_.push_back({key, place});
+  positions_.push_back(position);
+  values_.insert(values_.end(), values.begin(), values.end());
+}
+
+void MidNodeList::add_edge(std::array<std::uint32_t, 2> vertices, const Vec3& position, std::span<const float> values) {
+  std::ranges::sort(vertices);
+  add({2, vertices[0], vertices[1], 0, 0}, position, values);
+}
+
+void MidNodeList::add_face(std::array<std::uint32_t, 4> vertices, const Vec3& position, std::span<const float> values) {
+  std::ranges::sort(vertices);
+  add({4, vertices[0], vertices[1], vertices[2], vertices[3]}, position, values);
+}
+
+void MidNodeList::add_cell(std::uint32_t cell, const Vec3& position, std::span<const float> values) {
+  add({8, cell, 0, 0, 0}, position, values);
+}
+
+void MidNodeList::add(const MidNodes& nodes, std::span<const std::uint32_t> new_vertices,
+                      std::span<const std::uint32_t> new_cells) {
+  std::size_t next = 0;
+  const auto add_as = [&](auto key, std::span<const std::uint32_t> numbers, auto add_key) {
+    const std::span<const float> values = std::span(nodes.values).subspan(next * channels_, channels_);
+    const Vec3& position = nodes.positions[next++];
+    for (std::uint32_t& number : key) number = numbers[number];
+    if (std::ranges::find(key, kNone) == key.end()) add_key(key, position, values);
+  };
+  for (const auto& edge : nodes.edges) {
+    add_as(edge, new_vertices, [&](const auto&... arguments) { add_edge(arguments...); });
+  }
+  for (const auto& face : nodes.faces) {
+    add_as(face, new_vertices, [&](const auto&... arguments) { add_face(arguments...); });
+  }
+  for (const std::uint32_t cell : nodes.cells) {
+    add_as(std::array{cell}, new_cells, [&](const auto& key, const Vec3& position, std::span<const float> values) {
+      add_cell(key[0], position, values);
+    });
+  }
+}
+
+MidNodeList::Result MidNodeList::finish(double same_mm) const {
+  std::vector<Node> sorted = nodes_;
+  std::ranges::sort(sorted, {}, &Node::key);
+  Result result;
+  MidNodes& nodes = result.nodes;
+  for (const auto& [key, index, apart_mm, disagree] : sorted) {
+    result.other_values += disagree;
+    if (apart_mm > same_mm) {
+      ++result.conflicts;
+      result.farthest_apart_mm = std::max(result.farthest_apart_mm, apart_mm);
+    }
+    if (key[0] == 2) nodes.edges.push_back({key[1], key[2]});
+    if (key[0] == 4) nodes.faces.push_back({key[1], key[2], key[3], key[4]});
+    if (key[0] == 8) nodes.cells.push_back(key[1]);
+    nodes.positions.push_back(positions_[index]);
+    const auto values = values_.begin() + static_cast<std::ptrdiff_t>(index * channels_);
+    nodes.values.insert(nodes.values.end(), values, values + static_cast<std::ptrdiff_t>(channels_));
+  }
+  return result;
+}
+
+MidNodeCorners::MidNodeCorners(const ControlMesh& mesh) : mesh_(mesh) {
+  const std::vector<std::uint32_t>& cells = mesh.mid_nodes.cells;
+  std::uint32_t begin = 0;
+  for (std::uint32_t cell = 0; first_corners_.size() < cells.size(); ++cell) {
+    if (cells[first_corners_.size()] == cell) first_corners_.push_back(begin);
+    begin += static_cast<std::uint32_t>(corner_count(mesh.cell_kinds[cell]));
+  }
+}
+
+std::span<const std::uint32_t> MidNodeCorners::operator[](std::size_t node) const {
+  const MidNodes& nodes = mesh_.mid_nodes;
+  if (node < nodes.edges.size()) return nodes.edges[node];
+  node -= nodes.edges.size();
+  if (node < nodes.faces.size()) return nodes.faces[node];
+  const std::uint32_t begin = first_corners_[node - nodes.faces.size()];
+  return std::span(mesh_.cell_vertices).subspan(begin, 8);
+}
+
+void take_mid_nodes(MeshFile& file) {
+  const SecondOrderCells curved = std::exchange(file.second_order, {});
+  if (curved.cells.empty()) return;
+  const ControlMesh& mesh = file.mesh;
+  MidNodeList list(mesh.channel_count());
+  std::size_t corner = 0, next = 0;
+  for (std::size_t cell = 0; cell < mesh.cell_count() && next < curved.cells.size(); ++cell) {
+    const auto corners = static_cast<std::size_t>(corner_count(mesh.cell_kinds[cell]));
+    if (curved.cells[next] == cell) {
+      const std::uint64_t begin = curved.first_nodes[next];
+      const std::uint64_t end = ++next < curved.cells.size() ? curved.first_nodes[next] : curved.nodes.size();
+      add_nodes(mesh, cell, std::span(mesh.cell_vertices).subspan(corner, corners),
+                std::span(curved.nodes).subspan(begin, end - begin), list);
+    }
+    corner += corners;
+  }
+  MidNodeList::Result result = list.finish();
+  file.mesh.mid_nodes = std::move(result.nodes);
+  if (result.other_values > 0) {
+    file.warnings.push_back(std::to_string(result.other_values) +
+                            " edges, faces or cells have nodes in their middle that disagree in a channel; the first "
+                            "of each is taken");
+  }
+  if (result.conflicts == 0) return;
+  constexpr int kDigits = 3;
+  file.warnings.push_back(std::to_string(result.conflicts) +
+                          " edges, faces or cells have several nodes in their middle, up to " +
+                          number_text(result.farthest_apart_mm, kDigits) + " apart; the first of each is taken");
+}
+
+}  // namespace ccslice

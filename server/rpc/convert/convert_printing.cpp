@@ -1,0 +1,216 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/convert/convert_printing.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/choice_text.h"
+#include "core/base/error.h"
+#include "server/rpc/convert/contract_value.h"
+#include "server/rpc/convert/convert.h"
+#include "server/rpc/convert/find_named.h"
+
+namespace ccslice::server {
+namespace {
+
+// The parts of a map. Fields are those of the request.
+class MapReader {
+ public:
+  MapReader(const Printing& printing, const SolidSummary& solid, std::string path)
+      : printing_(printing), solid_(solid), path_(std::move(path)) {}
+
+  MaterialMap read(const v1::MaterialMap& message) const {
+    MaterialMap map;
+    map.strict = message.strict();
+    switch (message.kind_case()) {
+      case v1::MaterialMap::kDirect: map.kind = read(message.direct()); return map;
+      case v1::MaterialMap::kBlend: map.kind = read(message.blend()); return map;
+      case v1::MaterialMap::kCurve: map.kind = read(message.curve()); return map;
+      case v1::MaterialMap::kColour: map.kind = read(message.colour()); return map;
+      case v1::MaterialMap::kMaterial:
+        map.kind = PureMap{to_material(message.material(), printing_, path_ + ".material")};
+        return map;
+      case v1::MaterialMap::KIND_NOT_SET: break;
+    }
+    throw Error(ErrorCode::kMaterialMapInvalid, path_ + ": has no kind; give direct, blend, curve, colour or material",
+                path_);
+  }
+
+ private:
+  DirectMap read(const v1::DirectMap& message) const {
+    const std::string path = path_ + ".direct";
+    DirectMap map;
+    for (int i = 0; i < message.shares_size(); ++i) {
+      const std::string share = path + ".shares[" + std::to_string(i) + "]";
+      map.shares.push_back({to_channel(message.shares(i).channel(), solid_, share + ".channel"),
+                            to_material(message.shares(i).material(), printing_, share + ".material")});
+    }
+    if (message.rest_material().empty()) return map;
+    map.rest_material = to_material(message.rest_material(), printing_, path + ".rest_material");
+    return map;
+  }
+
+  BlendMap read(const v1::BlendMap& message) const {
+    const std::string path = path_ + ".blend";
+    BlendMap map;
+    map.channel = to_channel(message.channel(), solid_, path + ".channel");
+    for (int i = 0; i < message.stops_size(); ++i) {
+      const std::string field = path + ".stops[" + std::to_string(i) + "].material";
+      map.stops.push_back({message.stops(i).value(), to_material(message.stops(i).material(), printing_, field)});
+    }
+    return map;
+  }
+
+  CurveMap read(const v1::CurveMap& message) const {
+    const std::string path = path_ + ".curve";
+    CurveMap map;
+    map.channel = to_channel(message.channel(), solid_, path + ".channel");
+    map.material = to_material(message.material(), printing_, path + ".material");
+    map.base = to_material(message.base(), printing_, path + ".base");
+    for (const v1::CurvePoint& point : message.points()) map.points.push_back({point.property(), point.fraction()});
+    return map;
+  }
+
+  ColourMap read(const v1::ColourMap& message) const {
+    const std::string path = path_ + ".colour";
+    ColourMap map;
+    map.red = to_channel(message.red_channel(), solid_, path + ".red_channel");
+    map.green = to_channel(message.green_channel(), solid_, path + ".green_channel");
+    map.blue = to_channel(message.blue_channel(), solid_, path + ".blue_channel");
+    if (message.full_value() != 0) map.full_value = message.full_value();
+    return map;
+  }
+
+  const Printing& printing_;
+  const SolidSummary& solid_;
+  const std::string path_;
+};
+
+std::uint8_t to_cell_region(const std::string& name, const SolidSummary& solid, const std::string& field) {
+  return static_cast<std::uint8_t>(find_named(solid.cell_regions, name, ErrorCode::kCellRegionUnknown,
+                                              "there is no cell region", "the mesh", field));
+}
+
+constexpr std::string_view kMethodPrefix = "HALFTONE_METHOD_";
+
+HalftoneMethod to_method(v1::HalftoneMethod method) {
+  if (method == v1::HALFTONE_METHOD_UNSPECIFIED) return Halftone().method;
+  if (const auto* traits = find_contract_row(kHalftoneMethods, kMethodPrefix, method)) return traits->method;
+  const std::string field = "printing.halftone.method";
+  throw Error(ErrorCode::kEnumValueUnknown,
+              field + ": " + std::to_string(static_cast<int>(method)) +
+                  " isn't a method that this server knows; ask for " + choice_text(kHalftoneMethods),
+              field);
+}
+
+// The way back.
+class MapWriter {
+ public:
+  MapWriter(const Printing& printing, const SolidSummary& solid, v1::MaterialMap& message)
+      : printing_(printing), solid_(solid), message_(message) {}
+
+  void operator()(std::monostate) const {}
+  void operator()(const PureMap& map) const { message_.set_material(material(map.material)); }
+
+  void operator()(const DirectMap& map) const {
+    v1::DirectMap& direct = *message_.mutable_direct();
+    for (const DirectMap::Share& share : map.shares) {
+      v1::DirectShare& written = *direct.add_shares();
+      written.set_channel(channel(share.channel));
+      written.set_material(material(share.material));
+    }
+    if (map.rest_material != 0) direct.set_rest_material(material(map.rest_material));
+  }
+
+  void operator()(const BlendMap& map) const {
+    v1::BlendMap& blend = *message_.mutable_blend();
+    blend.set_channel(channel(map.channel));
+    for (const BlendMap::Stop& stop : map.stops) {
+      v1::BlendStop& written = *blend.add_stops();
+      written.set_value(stop.value);
+      written.set_material(material(stop.material));
+    }
+  }
+
+  void operator()(const CurveMap& map) const {
+    v1::CurveMap& curve = *message_.mutable_curve();
+    curve.set_channel(channel(map.channel));
+    curve.set_material(material(map.material));
+    curve.set_base(material(map.base));
+    for (const CurveMap::Point& point : map.points) {
+      v1::CurvePoint& written = *curve.add_points();
+      written.set_property(point.property);
+      written.set_fraction(point.fraction);
+    }
+  }
+
+  void operator()(const ColourMap& map) const {
+    v1::ColourMap& colour = *message_.mutable_colour();
+    colour.set_red_channel(channel(map.red));
+    colour.set_green_channel(channel(map.green));
+    colour.set_blue_channel(channel(map.blue));
+    colour.set_full_value(map.full_value);
+  }
+
+ private:
+  const std::string& channel(std::uint32_t index) const { return solid_.channels[index].name; }
+  const std::string& material(std::uint32_t number) const { return printing_.materials[number - 1].name; }
+
+  const Printing& printing_;
+  const SolidSummary& solid_;
+  v1::MaterialMap& message_;
+};
+
+}  // namespace
+
+std::uint32_t to_material(const std::string& name, const Printing& printing, const std::string& field) {
+  return 1 + find_named(printing.materials, name, ErrorCode::kMaterialUnknown, "there is no material",
+                        "printing.materials", field);
+}
+
+Printing to_printing(const v1::Printing& message, const SolidSummary& solid) {
+  Printing printing;
+  for (const v1::PrintMaterial& material : message.materials()) {
+    printing.materials.push_back({material.name(), material.rgba()});
+  }
+  if (message.has_background_rgba()) printing.background_rgba = message.background_rgba();
+  validate_materials(printing);
+  if (message.has_map()) printing.map = MapReader(printing, solid, "printing.map").read(message.map());
+  for (int i = 0; i < message.cell_region_maps_size(); ++i) {
+    const v1::CellRegionMap& own = message.cell_region_maps(i);
+    const std::string path = "printing.cell_region_maps[" + std::to_string(i) + "]";
+    printing.cell_region_maps.push_back({to_cell_region(own.cell_region(), solid, path + ".cell_region"),
+                                         MapReader(printing, solid, path + ".map").read(own.map())});
+  }
+  printing.halftone = {to_method(message.halftone().method()), message.halftone().seed()};
+  return printing;
+}
+
+v1::Printing to_message(const Printing& value, const SolidSummary& solid) {
+  v1::Printing message;
+  for (const PrintMaterial& material : value.materials) {
+    v1::PrintMaterial& written = *message.add_materials();
+    written.set_name(material.name);
+    written.set_rgba(material.rgba);
+  }
+  const auto write = [&](const MaterialMap& map, v1::MaterialMap& written) {
+    std::visit(MapWriter(value, solid, written), map.kind);
+    written.set_strict(map.strict);
+  };
+  if (!std::holds_alternative<std::monostate>(value.map.kind)) write(value.map, *message.mutable_map());
+  for (const CellRegionMap& own : value.cell_region_maps) {
+    v1::CellRegionMap& written = *message.add_cell_region_maps();
+    written.set_cell_region(solid.cell_regions[own.cell_region].name);
+    write(own.map, *written.mutable_map());
+  }
+  message.mutable_halftone()->set_method(
+      contract_value<v1::HalftoneMethod>(kMethodPrefix, value.halftone.traits().name));
+  message.mutable_halftone()->set_seed(value.halftone.seed);
+  message.set_background_rgba(value.background_rgba);
+  return message;
+}
+
+}  // namespace ccslice::server
