@@ -80,7 +80,7 @@ step "Layers $layers"
 ccslice slice "${job[@]}" --occupancy --layers "$layers" --output "$out/layers"
 
 step "A cut through it"
-ccslice show "$out/ring.ccmesh" --channel hardness --width 100
+ccslice picture "$out/ring.ccmesh" --channel hardness --terminal --pixels 100
 
 step "Done"
 picture=$(find "$out/layers" -name 'layer_*.png' | sort | head -n 1)

@@ -31,9 +31,9 @@ picture() {
   local model=$1 channel=$2 voxels=$3 coarse_voxels=$4
   shift 4
   build/release/client/ccslice models "$model" --output "$scratch/$model.ccmesh" --quiet
-  build/release/client/ccslice picture "$scratch/$model.ccmesh" --channel "$channel" --width 560 "$@" \
+  build/release/client/ccslice picture "$scratch/$model.ccmesh" --channel "$channel" --pixels 560 "$@" \
     --voxels "$voxels" --output "$out/$model.png" --force --quiet
-  build/release/client/ccslice picture "$scratch/$model.ccmesh" --width 480 "$@" \
+  build/release/client/ccslice picture "$scratch/$model.ccmesh" --pixels 480 "$@" \
     "${materials[@]}" --map "blend:$channel:0=soft,0.5=middle,1=hard" \
     --voxels "$coarse_voxels" --output "$out/$model-halftoned.png" --force --quiet
 }
@@ -68,6 +68,6 @@ for meaning in "" --part --as-meshed; do
   meanings+=("$scratch/meaning${meaning}.png")
   # shellcheck disable=SC2086
   build/release/client/ccslice picture "$scratch/bore.vtk" $meaning --grade radius=radial:z --channel radius \
-    --width 360 --view=-60,50 --voxels 200 --output "${meanings[-1]}" --force --quiet
+    --pixels 360 --view=-60,50 --voxels 200 --output "${meanings[-1]}" --force --quiet
 done
 convert "${meanings[@]}" +append "$out/meanings.png"

@@ -100,10 +100,10 @@ most_resident() {
 # slice_middle PART ENCODING CONTENT...: the middle layers of a part. Sets seconds, voxels and bytes.
 slice_middle() {
   local mesh=$work/$1.ccmesh encoding=$2 count first
-  count=$(ccslice plan "$mesh" --profile "$profile" --json | field layer_count)
+  count=$(ccslice plan "$mesh" --printer "$profile" --json | field layer_count)
   first=$(((count - layers) / 2))
   rm -rf "$work/layers"
-  ccslice slice "$mesh" --profile "$profile" --encoding "$encoding" "${@:3}" --layers "$first..$((first + layers - 1))" \
+  ccslice slice "$mesh" --printer "$profile" --encoding "$encoding" "${@:3}" --layers "$first..$((first + layers - 1))" \
     --no-contact-sheet --output "$work/layers" --json >"$work/slice.json"
   seconds=$(field seconds <"$work/slice.json")
   voxels=$(field voxel_count <"$work/slice.json")
@@ -170,7 +170,7 @@ measure_streams() {
   sleep 1 # What the slicing held goes back.
   before=$(resident)
   for ((i = 0; i < stalled; ++i)); do
-    build/release/client/ccslice slice "$work/$dearest.ccmesh" --profile "$profile" --channel "$(channel_of "$dearest")" \
+    build/release/client/ccslice slice "$work/$dearest.ccmesh" --printer "$profile" --channel "$(channel_of "$dearest")" \
       --encoding raw --no-contact-sheet --output "$work/stalled-$i" --quiet >/dev/null 2>&1 &
     pids+=($!)
   done

@@ -35,15 +35,15 @@ struct SliceJob {
   std::optional<VoxelRegion> region;  // What is delivered. DEFAULT: all of the grid.
   PictureOrder order;                 // For pictures only: indices, contours and counts stay those of the grid.
   std::vector<PlaneSpec> planes;
-  std::optional<Printing> printing;  // REQUIRED by planes of materials.
-  bool contours = false;             // Deliver the polylines too.
-  bool contours_by_region = false;   // Instead of the solid's, those of each cell region by itself.
+  std::optional<Printing> printing;      // REQUIRED by planes of materials.
+  bool contours = false;                 // Deliver the polylines too.
+  bool contours_by_cell_region = false;  // Instead of the solid's, those of each cell region by itself.
   double contour_tolerance_mm = 1e-3;
-  std::optional<double> material_tolerance;  // Share of the plane's value range. 0: every voxel is inverted. DEFAULT:
-                                             // 1/1024 for 8-bit planes and materials, 1/65536 for
-                                             // others.
-  bool prove_materials = false;              // Interpolate only where the error is proved to be within that tolerance.
-  bool refuses_overlaps = false;             // Of several parts: a voxel in more than one of them is an error.
+  std::optional<double> channel_tolerance;  // Share of the plane's value range. 0: every voxel is inverted. DEFAULT:
+                                            // 1/1024 for 8-bit planes and materials, 1/65536 for
+                                            // others.
+  bool prove_channels = false;              // Interpolate only where the error is proved to be within that tolerance.
+  bool refuses_overlaps = false;            // Of several parts: a voxel in more than one of them is an error.
 };
 
 /// The job's region, or all of its grid.

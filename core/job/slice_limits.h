@@ -20,8 +20,8 @@ struct SliceLimits {
   double max_pitch_mm = 1e3;
   double min_contour_tolerance_mm = 1e-5;
   double max_contour_tolerance_mm = 1.0;
-  double max_material_tolerance = 1.0;  // Share of a plane's value range. The smallest is 0.
-  double max_abs_coordinate_mm = 1e7;   // For the placed part and the origin: doubles resolve 2 nm there.
+  double max_channel_tolerance = 1.0;  // Share of a plane's value range. The smallest is 0.
+  double max_abs_coordinate_mm = 1e7;  // For the placed part and the origin: doubles resolve 2 nm there.
   double min_placement_scale = 1e-6;
   double max_placement_scale = 1e6;
   std::uint32_t max_planes = 64;  // Pictures per layer: occupancy and channels.

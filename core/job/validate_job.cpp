@@ -191,12 +191,12 @@ void validate_contour_tolerance(double tolerance_mm, const SliceLimits& limits) 
 }
 
 void validate_material_tolerance(double tolerance, const SliceLimits& limits) {
-  if (tolerance >= 0 && tolerance <= limits.max_material_tolerance) return;
+  if (tolerance >= 0 && tolerance <= limits.max_channel_tolerance) return;
   throw Error(ErrorCode::kToleranceInvalid,
-              "material_tolerance: " + number_text(tolerance) + " is outside [0, " +
-                  number_text(limits.max_material_tolerance) +
+              "channel_tolerance: " + number_text(tolerance) + " is outside [0, " +
+                  number_text(limits.max_channel_tolerance) +
                   "]; leave it out for one that suits the samples, or give 0 to invert every voxel",
-              "material_tolerance");
+              "channel_tolerance");
 }
 
 void validate_layer_bytes(const SliceJob& job, const SliceLimits& limits) {
@@ -228,17 +228,17 @@ void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceL
   validate_place(job.grid, limits);
   if (job.region) validate_region(job.grid, *job.region);
   validate_contour_tolerance(job.contour_tolerance_mm, limits);
-  if (job.material_tolerance) validate_material_tolerance(*job.material_tolerance, limits);
+  if (job.channel_tolerance) validate_material_tolerance(*job.channel_tolerance, limits);
   if (job.planes.empty() && !job.contours) {
     throw Error(ErrorCode::kNothingRequested,
                 "planes: nothing is asked for; add an occupancy or a channel plane, or set contours", "planes");
   }
-  if (job.contours_by_region && summary.cell_regions.empty()) {
+  if (job.contours_by_cell_region && summary.cell_regions.empty()) {
     throw Error(
         ErrorCode::kCellRegionsMissing,
-        "contours_by_region: the mesh has no cell regions; upload it with cell_region_names and cell_regions, or "
+        "contours_by_cell_region: the mesh has no cell regions; upload it with cell_region_names and cell_regions, or "
         "ask for the contours of the whole",
-        "contours_by_region");
+        "contours_by_cell_region");
   }
   if (job.planes.size() > limits.max_planes) {
     throw Error(ErrorCode::kTooManyPlanes,

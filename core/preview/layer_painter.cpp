@@ -61,7 +61,7 @@ bool mixes_by_region(const PreviewColours& show) {
 SliceJob layer_preview_job(SliceJob job, const PreviewColours& show, bool contours) {
   job.order = {};
   job.contours = contours || show.lines;
-  job.contours_by_region = false;
+  job.contours_by_cell_region = false;
   job.planes.clear();
   if (show.printing) job.printing = *show.printing;
   if (show.content == PreviewContent::kHalftone) {

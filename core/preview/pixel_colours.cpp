@@ -164,7 +164,7 @@ std::vector<MixedRun> mixed_runs(const HalftonePlan& plan, std::span<const Regio
 }
 
 HalftonePlan plan_of_mix(Printing printing, const CancellationToken& cancel) {
-  printing.halftone.method = HalftoneMethod::kNearest;
+  printing.halftone.method = HalftoneMethod::kLargestFraction;
   return {printing, 1, 1, 1, cancel};
 }
 

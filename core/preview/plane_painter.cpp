@@ -37,7 +37,7 @@ SliceJob layer_job(const PreviewJob& job, const PreviewPlane& plane, PreviewStag
   layer.contour_tolerance_mm =
       std::clamp((full ? kFullContour : kCoarseContour) * std::min(plane.across_mm, plane.up_mm),
                  limits.min_contour_tolerance_mm, limits.max_contour_tolerance_mm);
-  layer.material_tolerance = full ? kFullTolerance : kCoarseTolerance;
+  layer.channel_tolerance = full ? kFullTolerance : kCoarseTolerance;
   if (job.show.content == PreviewContent::kOccupancy) return layer;
   PlaneSpec& shown = layer.planes.emplace_back();
   if (job.show.content == PreviewContent::kChannel) {

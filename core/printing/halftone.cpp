@@ -86,7 +86,7 @@ void Halftoner::choose(std::uint32_t block, std::uint32_t begin, std::uint32_t e
   switch (plan_.printing().halftone.method) {
     case HalftoneMethod::kBlueNoise: return choose_by_thresholds(thresholds_, begin, end, fractions, out);
     case HalftoneMethod::kErrorDiffusion: return diffusion_.choose(first, begin, end, fractions, out);
-    case HalftoneMethod::kNearest: return choose_nearest(begin, end, fractions, out);
+    case HalftoneMethod::kLargestFraction: return choose_largest(begin, end, fractions, out);
     case HalftoneMethod::kWhiteNoise: break;
   }
   MixRow thresholds;
@@ -108,7 +108,7 @@ void Halftoner::choose_by_thresholds(const MixRow& thresholds, std::uint32_t beg
   copy_numbers(chosen, begin, end, out);
 }
 
-void Halftoner::choose_nearest(std::uint32_t begin, std::uint32_t end, const Fractions& fractions,
+void Halftoner::choose_largest(std::uint32_t begin, std::uint32_t end, const Fractions& fractions,
                                std::uint8_t* out) const noexcept {
   std::array<std::int32_t, kMixBlock> chosen;
   chosen.fill(1);

@@ -12,7 +12,7 @@
 //               the interval (tests/bench/halftone_quality), and unlike masks of their own for each material they
 //               neither overlap nor leave holes;
 //   diffusion   error_diffusion.h;
-//   nearest     the material of the largest fraction, the first of several.
+//   largest fraction   the material of it, the first of several.
 
 #pragma once
 
@@ -79,7 +79,7 @@ class Halftoner {
  private:
   void choose_by_thresholds(const MixRow& thresholds, std::uint32_t begin, std::uint32_t end,
                             const Fractions& fractions, std::uint8_t* out) const noexcept;
-  void choose_nearest(std::uint32_t begin, std::uint32_t end, const Fractions& fractions,
+  void choose_largest(std::uint32_t begin, std::uint32_t end, const Fractions& fractions,
                       std::uint8_t* out) const noexcept;
 
   const HalftonePlan& plan_;

@@ -86,7 +86,7 @@ Mixture::Mixture(const Printing& printing, const MaterialMap& map, std::shared_p
     make_table(*colour, std::move(colours));
   } else if (const auto* blend = std::get_if<BlendMap>(&map.kind)) {
     make_table(*blend);
-  } else if (const auto* curve = std::get_if<CurveMap>(&map.kind)) {
+  } else if (const auto* curve = std::get_if<CalibrationMap>(&map.kind)) {
     make_table(*curve);
   } else if (const auto* direct = std::get_if<DirectMap>(&map.kind)) {
     make_table(*direct);
@@ -104,8 +104,8 @@ void Mixture::make_table(const BlendMap& map) {
   finish_table();
 }
 
-void Mixture::make_table(const CurveMap& map) {
-  for (const CurveMap::Point& point : map.points) {
+void Mixture::make_table(const CalibrationMap& map) {
+  for (const CalibrationMap::Point& point : map.points) {
     table_.values.push_back(static_cast<float>(point.property));
     table_.fractions.emplace_back().fill(0);
     table_.fractions.back()[map.material - 1] = static_cast<float>(point.fraction);

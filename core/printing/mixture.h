@@ -78,7 +78,7 @@ class Mixture {
   };
 
   void make_table(const BlendMap& map);
-  void make_table(const CurveMap& map);
+  void make_table(const CalibrationMap& map);
   void make_table(const ColourMap& map, std::shared_ptr<const ColourTable> colours);
   void make_table(const DirectMap& map);
   void finish_table();

@@ -71,8 +71,8 @@ class MapCheck {
     }
   }
 
-  void operator()(const CurveMap& map) const {
-    const std::string path = path_ + ".curve";
+  void operator()(const CalibrationMap& map) const {
+    const std::string path = path_ + ".calibration";
     check_channel(map.channel, path + ".channel");
     check_material(map.material, path + ".material");
     check_material(map.base, path + ".base");
@@ -181,7 +181,7 @@ struct ChannelList {
     return channels;
   }
   std::vector<std::uint32_t> operator()(const BlendMap& map) const { return {map.channel}; }
-  std::vector<std::uint32_t> operator()(const CurveMap& map) const { return {map.channel}; }
+  std::vector<std::uint32_t> operator()(const CalibrationMap& map) const { return {map.channel}; }
   std::vector<std::uint32_t> operator()(const ColourMap& map) const { return {map.red, map.green, map.blue}; }
 };
 
@@ -196,10 +196,10 @@ struct SteepestSpan {
     }
     return span;
   }
-  double operator()(const CurveMap& map) const {
+  double operator()(const CalibrationMap& map) const {
     double span = std::numeric_limits<double>::infinity();
     for (std::size_t i = 1; i < map.points.size(); ++i) {
-      const CurveMap::Point &low = map.points[i - 1], &high = map.points[i];
+      const CalibrationMap::Point &low = map.points[i - 1], &high = map.points[i];
       const double change = std::abs(high.fraction - low.fraction);
       if (change > 0) span = std::min(span, (high.property - low.property) / change);
     }

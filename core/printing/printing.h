@@ -57,7 +57,7 @@ struct BlendMap {
 };
 
 /// The fraction of `material` in `base` that gives a property.
-struct CurveMap {
+struct CalibrationMap {
   struct Point {
     double property = 0, fraction = 0;
   };
@@ -73,7 +73,8 @@ struct ColourMap {
 };
 
 struct MaterialMap {
-  std::variant<std::monostate, PureMap, DirectMap, BlendMap, CurveMap, ColourMap> kind;  // Nothing: of material 1.
+  std::variant<std::monostate, PureMap, DirectMap, BlendMap, CalibrationMap, ColourMap>
+      kind;             // Nothing: of material 1.
   bool strict = false;  // Values that give no fractions are errors.
 };
 
@@ -83,7 +84,7 @@ struct CellRegionMap {
   MaterialMap map;
 };
 
-enum class HalftoneMethod : std::uint8_t { kBlueNoise, kErrorDiffusion, kNearest, kWhiteNoise };
+enum class HalftoneMethod : std::uint8_t { kBlueNoise, kErrorDiffusion, kLargestFraction, kWhiteNoise };
 
 struct HalftoneTraits {
   HalftoneMethod method;
@@ -95,7 +96,7 @@ struct HalftoneTraits {
 inline constexpr std::array kHalftoneMethods = {
     HalftoneTraits{.method = HalftoneMethod::kBlueNoise, .name = "BLUE_NOISE", .has_mask = true},
     HalftoneTraits{.method = HalftoneMethod::kErrorDiffusion, .name = "ERROR_DIFFUSION", .carries_errors = true},
-    HalftoneTraits{.method = HalftoneMethod::kNearest, .name = "NEAREST"},
+    HalftoneTraits{.method = HalftoneMethod::kLargestFraction, .name = "LARGEST_FRACTION"},
     HalftoneTraits{.method = HalftoneMethod::kWhiteNoise, .name = "WHITE_NOISE"},
 };
 

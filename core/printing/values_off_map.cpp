@@ -22,7 +22,7 @@ std::optional<std::array<double, 2>> covered_by(const MaterialMap& map) {
     if (blend->stops.size() < 2) return std::nullopt;
     return std::array{blend->stops.front().value, blend->stops.back().value};
   }
-  if (const auto* curve = std::get_if<CurveMap>(&map.kind)) {
+  if (const auto* curve = std::get_if<CalibrationMap>(&map.kind)) {
     if (curve->points.size() < 2) return std::nullopt;
     return std::array{curve->points.front().property, curve->points.back().property};
   }

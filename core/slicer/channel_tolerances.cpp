@@ -35,7 +35,7 @@ class ToleranceList {
  private:
   void add(std::uint32_t index, double span, double default_share) {
     const ChannelRange& channel = channels_[index];
-    const double share = job_.material_tolerance.value_or(default_share);
+    const double share = job_.channel_tolerance.value_or(default_share);
     const double range = channel.max - channel.min;
     const double least =
         (range > 0 ? kRounding : kOfConstants) * std::max({std::abs(channel.min), std::abs(channel.max), 1e-30});
@@ -66,7 +66,7 @@ double outside_mm_of(const SliceJob& job) {
 }
 
 InterpolationSpec interpolation_spec_of(const SliceJob& job, std::span<const ChannelRange> channels) {
-  return {job.placement, job.grid, channel_tolerances(job, channels), outside_mm_of(job), job.prove_materials};
+  return {job.placement, job.grid, channel_tolerances(job, channels), outside_mm_of(job), job.prove_channels};
 }
 
 }  // namespace ccslice

@@ -16,7 +16,7 @@
 namespace ccslice {
 
 /// The channels that a job's planes show or are made of, each once, by how much each may be off: the strictest that
-/// any of the planes asks for. `channels`: the solid's. REQUIRES: job.material_tolerance isn't 0.
+/// any of the planes asks for. `channels`: the solid's. REQUIRES: job.channel_tolerance isn't 0.
 std::vector<ChannelTolerance> channel_tolerances(const SliceJob& job, std::span<const ChannelRange> channels);
 
 /// How far outside the limit volume a voxel inside the contours may lie, world mm.

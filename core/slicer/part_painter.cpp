@@ -55,7 +55,7 @@ struct PartPainter::State {
     if (shared->halftone) halftone.emplace(*shared->halftone);
     if (planes.channels().empty()) return;
     field = make_material_field(shared->solid, job.placement, outside_mm_of(job));
-    if (job.material_tolerance == 0) {
+    if (job.channel_tolerance == 0) {
       materials.emplace(*field);
     } else {
       const InterpolationSpec spec = interpolation_spec_of(job, shared->solid->summary().channels);
@@ -100,7 +100,7 @@ struct PartPainter::State {
     result.contours = trace(job.grid.layer_z_mm(layer), cancel);
     result.spans = rasterize(result.contours, lattice, scope.rows, cancel);
     if (shows_cell_regions(job) || mixes_by_region()) result.regions = cell_regions(result, cancel);
-    if (job.contours_by_region) result.region_loops = region_loops(result.contours, cancel);
+    if (job.contours_by_cell_region) result.region_loops = region_loops(result.contours, cancel);
     result.contours.region_edges = {};
     if (scope.region != window_of(lattice)) {
       drop_loops_outside(scope.region, lattice, result.contours.loops);
@@ -113,7 +113,7 @@ struct PartPainter::State {
       const VoxelRun part = scope.region.clipped(span);
       result.stats.voxels_inside += part.end - part.begin;
     }
-    if (!job.contours || job.contours_by_region) result.contours = {};
+    if (!job.contours || job.contours_by_cell_region) result.contours = {};
     return result;
   }
 

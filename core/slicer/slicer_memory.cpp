@@ -255,7 +255,7 @@ SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& can
   const LayerScope scope = scope_of(job);
   const Boundary boundary = boundary_of(*solid, job, scope, cancel);
   const double channels = static_cast<double>(shown_channels(job).size() + mixed_channels(job).size());
-  const bool interpolates = channels > 0 && job.material_tolerance != 0.0;
+  const bool interpolates = channels > 0 && job.channel_tolerance != 0.0;
   double shared = boundary.faces * 2 * sizeof(Box3), slicer = kCodecs + picture_bytes(job, scope);
   slicer += contour_bytes(boundary, job, scope, interpolates ? kSlabLayers : 1);
   if (channels > 0) slicer += kPatchesOfInverter;

@@ -279,7 +279,7 @@ def layers_of_shares(name, count):
 
 def layers_of(mesh, options):
     """How many a job has. ccslice plan has no options for what is written, and knows nothing of --layers."""
-    flags = {"--no-contact-sheet": 0, "--contours-by-region": 0, "--contours": 1, "--split": 1, "--layers": 1}
+    flags = {"--no-contact-sheet": 0, "--contours-by-cell-region": 0, "--contours": 1, "--split": 1, "--layers": 1}
     asked, wanted, rest = [], None, list(options)
     while rest:
         name, equals, value = rest.pop(0).partition("=")

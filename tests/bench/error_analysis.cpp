@@ -105,7 +105,7 @@ void analyse(const Options& options, ModelResult& result) {
   if (!mesh) throw std::runtime_error("there is neither a sample nor a file of that name");
   if (!find_sample_model(result.name)) oracle::scale_to(options.longest_mm, *mesh);
   PrinterJob job = make_printer_job(result.name, std::move(*mesh));
-  job.job.prove_materials = options.prove;
+  job.job.prove_channels = options.prove;
   const std::vector<ChannelRange>& channels = job.solid->summary().channels;
   const auto channel_count = static_cast<std::uint32_t>(channels.size());
   OurMethod exact(job);

@@ -116,7 +116,7 @@ std::vector<std::uint32_t> layers_of(const Grid& grid) {
 }
 
 void print_cost(const std::shared_ptr<const LimitSolid>& solid, SliceJob job, double tolerance) {
-  job.material_tolerance = tolerance;
+  job.channel_tolerance = tolerance;
   LayerDigest digest;
   std::uint64_t voxels = 0, unresolved = 0;
   double cpu_ns = 0;

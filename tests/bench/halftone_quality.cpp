@@ -35,7 +35,7 @@ const char* name_of(HalftoneMethod method) {
   switch (method) {
     case HalftoneMethod::kBlueNoise: return "blue noise";
     case HalftoneMethod::kErrorDiffusion: return "error diffusion";
-    case HalftoneMethod::kNearest: return "nearest";
+    case HalftoneMethod::kLargestFraction: return "largest fraction";
     case HalftoneMethod::kWhiteNoise: return "white noise";
   }
   return "";
@@ -248,7 +248,7 @@ void measure_cost(const Options& options, BarTable& table) {
   table.note("the mask, once", 1e-9 * mask_ns, "s");
   for (const std::size_t materials : {2, 3, 8}) {
     for (const auto& [method, bar] : {std::pair(HalftoneMethod::kBlueNoise, 2.0),
-                                      {HalftoneMethod::kNearest, 2.0},
+                                      {HalftoneMethod::kLargestFraction, 2.0},
                                       {HalftoneMethod::kErrorDiffusion, 15.0}}) {
       const std::string figure = std::string(name_of(method)) + ", " + std::to_string(materials) + " materials";
       const double ns = ns_per_voxel(options, method, materials);

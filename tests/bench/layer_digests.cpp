@@ -91,7 +91,7 @@ void print_digests(const std::string& model, double pitches, double longest_mm) 
   const PrinterJob part = make_printer_job(model, std::move(*mesh), pitch);
   print_digest(part, "contone", contone(part));
   SliceJob exact = contone(part);
-  exact.material_tolerance = 1.0 / 16384;
+  exact.channel_tolerance = 1.0 / 16384;
   print_digest(part, "contone, 1/16384", exact);
   print_digest(part, "blue noise", printed(part, HalftoneMethod::kBlueNoise));
   print_digest(part, "error diffusion", printed(part, HalftoneMethod::kErrorDiffusion));

@@ -58,7 +58,7 @@ void run_exactly(const PrinterJob& job, OurMethod& ours, std::uint32_t layer, Mo
   SliceJob exact = job.job;
   exact.planes.erase(exact.planes.begin());
   exact.planes[0].encoding = Encoding::kRaw;
-  exact.material_tolerance = 0;
+  exact.channel_tolerance = 0;
   LayerSlicer slicer(job.solid, exact);
   StageCost shape;
   run.exact_voxels += ours.shape(layer, shape).voxels;

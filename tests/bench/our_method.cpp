@@ -47,7 +47,7 @@ OurMethod::OurMethod(const PrinterJob& job, double tolerance, std::uint32_t chan
       field_(make_material_field(job.solid, job.job.placement, kOutsideMm)),
       slabs_(job.solid, *field_,
              {job.job.placement, job.job.grid, channel_tolerances(*job.solid, tolerance, channels), kOutsideMm,
-              job.job.prove_materials}),
+              job.job.prove_channels}),
       bytes_(channel_plane(*job.solid, 0, SampleType::kUint8)) {
   for (std::uint32_t c = 0; c < channels; ++c) floats_.push_back(channel_plane(*job.solid, c, SampleType::kFloat32));
 }

@@ -194,7 +194,7 @@ PrinterJob rough_job(const std::string& name, ControlMesh mesh) {
 
 double slicing_ns(const PrinterJob& job, double tolerance, std::uint32_t layers) {
   SliceJob with_tolerance = job.job;
-  with_tolerance.material_tolerance = tolerance;
+  with_tolerance.channel_tolerance = tolerance;
   const std::uint32_t all = job.job.grid.extent.layers, count = std::min(layers, all), first = (all - count) / 2;
   double ns = 0;
   timed(ns, [&] {

@@ -24,7 +24,7 @@ from ccsliced_process import Server  # noqa: E402
 
 MATERIALS = ["--material", "soft=#101010", "--material", "hard=#f0f0f080"]
 BLEND = "blend:gradient:0=soft,1=hard"
-MAPS = [[BLEND], ["direct:gradient=hard,rest=soft"], ["curve:gradient:hard/soft:0=0,1=0.5"], ["material:hard"],
+MAPS = [[BLEND], ["direct:gradient=hard,rest=soft"], ["calibration:gradient:hard/soft:0=0,1=0.5"], ["material:hard"],
         ["colour:gradient,gradient,gradient"], ["region:lower=" + BLEND, "region:upper=soft"]]
 COLOUR = re.compile("#[0-9a-f]{8}")
 
@@ -98,7 +98,7 @@ class Commands:
 def check_meshes(commands):
     commands.run("models-list", "models", local=True)
     commands.run("models", "models", "box", local=True)
-    require(len(commands.run("profiles", "profiles", local=True)) > 1, "there are few printers")
+    require(len(commands.run("printers", "printers", local=True)) > 1, "there are few printers")
     commands.run("convert", "convert", "box.ccmesh", "-o", "box.json", local=True)
     commands.give_regions("box.json", "regions.json")
     require(commands.run("info-file", "info", "regions.json", local=True)["cell_regions"], "no regions")
@@ -107,23 +107,24 @@ def check_meshes(commands):
     commands.run("info-mesh", "info", mesh)
     commands.run("info-meshes", "info", "--meshes")
     server = commands.run("info-server", "info")
-    require(server["printer_profiles"] == commands.run("profiles", "profiles", local=True), "two forms of printers")
+    require(server["printer_profiles"] == commands.run("printers", "printers", local=True), "two forms of printers")
 
 
 def check_answers(commands):
     answers = commands.run("probe", "probe", "box.ccmesh", "--at", "6,8,4", "--at=-9,0,0")
     require([answer["location"] for answer in answers] == ["inside", "outside"], answers)
-    commands.run("show", "show", "box.ccmesh", "--channel", "gradient")
+    drawn = commands.run("picture", "picture", "box.ccmesh", "--channel", "gradient", "--terminal")
+    require("@@@" in drawn["characters"], drawn)
     commands.run("plan", "plan", "box.ccmesh", "--pitch", "1")
     warned = commands.run("plan", "plan", "box.ccmesh", "--pitch", "1", "--extent", "3,3,3")
     require([warning["kind"] for warning in warned["warnings"]] == ["part_clipped"], warned)
     commands.run("export", "export", "box.ccmesh", "-o", "box.stl")
-    commands.run("preview", "preview", "box.ccmesh", "--plane", "z=2", "--channel", "gradient", "--pixels", "32", "-o",
+    commands.run("picture", "picture", "box.ccmesh", "--plane", "z=2", "--channel", "gradient", "--pixels", "32", "-o",
                  "plane.png")
-    commands.run("preview", "preview", "box.ccmesh", "--layer", "1", "--pitch", "0.5", *MATERIALS, "--map", BLEND, "-o",
+    commands.run("picture", "picture", "box.ccmesh", "--layer", "1", "--pitch", "0.5", *MATERIALS, "--map", BLEND, "-o",
                  "layer.png")
-    commands.run("preview", "preview", "box.ccmesh", "--sweep", "3", "-o", "sweep.png")
-    commands.run("picture", "picture", "box.ccmesh", "--voxels", "16", "--width", "32", "-o", "box.png")
+    commands.run("picture", "picture", "box.ccmesh", "--sweep", "3", "-o", "sweep.png")
+    commands.run("picture", "picture", "box.ccmesh", "--voxels", "16", "--pixels", "32", "-o", "box.png")
     commands.run_until_it_speaks("view", "view", "box.ccmesh", "--no-open")
     for command in (["plan", "box.ccmesh", "--pitch=-1"], ["models", "teapot"], ["slice"]):
         failure = commands.run("error", *command, exit_code=2, local=command[0] == "models")
@@ -155,7 +156,7 @@ def check_slices(commands):
         printing = commands.validate_file("manifest", f"printed-{number}/manifest.json")["printing"]
         require([m["rgba"] for m in printing["materials"]] == ["#101010ff", "#f0f0f080"], printing)
         require(printing["background_rgba"] == "#000000ff" and printing["halftone"]["seed"] == 0, printing)
-    commands.run("slice", "slice", "box.ccmesh", "--for", "grabcad", "--dpi", "60", "--layer-height", "0.5",
+    commands.run("slice", "slice", "box.ccmesh", "--format", "grabcad", "--dpi", "60", "--layer-height", "0.5",
                  "--material", "VeroCY-V", "-o", "grabcad")
     commands.run("package", "package", "grabcad", "-o", "box.gcvf")
 

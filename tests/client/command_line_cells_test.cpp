@@ -39,7 +39,7 @@ TEST_F(CommandLine, CellRegionsComeFromNumbersOfCells) {
   EXPECT_TRUE(std::filesystem::exists(path("r") + "/layer_0000_cell_regions.png"));
   const std::vector<std::string> outlines = {
       "slice", mesh,       "--regions-from", "reference", "--contours", "json",    "--pitch",
-      "0.1",   "--layers", "4..4",           "-o",        path("o"),    "--force", "--contours-by-region"};
+      "0.1",   "--layers", "4..4",           "-o",        path("o"),    "--force", "--contours-by-cell-region"};
   ASSERT_EQ(run(outlines).exit_code, 0);
   const std::string loops = read_file_bytes(path("o") + "/layer_0004_contours.json", 1 << 20);
   EXPECT_EQ(json_at(loops, "loops").list_value().values_size(), 2);
@@ -47,14 +47,15 @@ TEST_F(CommandLine, CellRegionsComeFromNumbersOfCells) {
   EXPECT_EQ(json_at(read_file_bytes(path("o") + "/manifest.json", 1 << 20), "cell_regions").list_value().values_size(),
             2);
   const ProcessResult picture = run({"picture", mesh, "--regions-from", "reference", "--cell-regions", "--voxels", "24",
-                                     "--width", "100", "-o", path("regions.png")});
+                                     "--pixels", "100", "-o", path("regions.png")});
   EXPECT_EQ(picture.exit_code, 0) << picture.err;
   EXPECT_TRUE(read_file_bytes(path("regions.png"), 1 << 20).starts_with("\x89PNG"));
-  EXPECT_EQ(run({"slice", mesh, "--contours-by-region", "--pitch", "0.1", "-o", path("n")}).exit_code, cli::kExitUsage);
+  EXPECT_EQ(run({"slice", mesh, "--contours-by-cell-region", "--pitch", "0.1", "-o", path("n")}).exit_code,
+            cli::kExitUsage);
   const ProcessResult unknown = run({"info", mesh, "--regions-from", "part", "--json"});
   EXPECT_EQ(unknown.exit_code, cli::kExitInput);
   EXPECT_EQ(json_at(unknown.out, "error.reason").string_value(), "MESH_BAD_CELL_REGION");
-  EXPECT_EQ(run({"info", mesh, "--regions-from", "reference", "--interpolate", "--smooth"}).exit_code, 0);
+  EXPECT_EQ(run({"info", mesh, "--regions-from", "reference", "--fit", "--smooth"}).exit_code, 0);
 }
 
 // Two opposite ones of eight cubes are a region: round the middle vertex the others go all the way round it.
@@ -170,7 +171,7 @@ TEST_F(CommandLine, ChannelsOfRegionsJumpAtInterfaces) {
   const ProcessResult probe = run({"probe", path("two.ccmesh"), "--at", "0.25,0.25,0.25", "--at", "0.5,0.5,0.5"});
   EXPECT_THAT(probe.out, AllOf(HasSubstr("0.25"), HasSubstr("0.75"))) << probe.err;
   EXPECT_EQ(run(with({"slice", mesh, "--channel", "density", "--pitch", "0.05", "-o", path("jump")})).exit_code, 0);
-  EXPECT_EQ(run(with({"info", mesh, "--interpolate", "--smooth", "--grade", "up=z"})).exit_code, 0);
+  EXPECT_EQ(run(with({"info", mesh, "--fit", "--smooth", "--grade", "up=z"})).exit_code, 0);
 }
 
 }  // namespace

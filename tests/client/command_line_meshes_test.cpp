@@ -53,7 +53,7 @@ TEST_F(CommandLine, SlicesAPartOfTheSizeThatIsAskedFor) {
                                                    "mm, from (-2.25, -1.5, 0)"),
                                          HasSubstr("reaches 1 at a depth of 0.5 mm")));
   EXPECT_THAT(scaled.out, HasSubstr("part       4.5 x 3 x 3 mm, from (-2.25, -1.5, 0)"));
-  for (const char* command : {"slice", "show", "picture", "export", "probe", "convert", "info", "upload"}) {
+  for (const char* command : {"slice", "plan", "picture", "export", "probe", "convert", "info", "upload"}) {
     EXPECT_THAT(run_alone({command, "--help"}).out,
                 testing::AllOf(HasSubstr("--units"), HasSubstr("--size"), HasSubstr("--center"), HasSubstr("--on-bed")))
         << command;
@@ -276,11 +276,10 @@ TEST_F(CommandLine, TellsHowFarTheLimitIsFromTheControlMesh) {
     EXPECT_THAT(text.out, testing::AllOf(HasSubstr("volume     22631 mm^3 (-18.62 %), control mesh 27809.7 mm^3"),
                                          HasSubstr("moved      up to 12.0552 mm: boundary vertex 72 from ")));
   }
-  EXPECT_THAT(run_alone({"info", path("coyote.ccmesh"), "--interpolate=boundary", "--smooth", "--full"}).out,
+  EXPECT_THAT(run_alone({"info", path("coyote.ccmesh"), "--fit=boundary", "--smooth", "--full"}).out,
               ContainsRegex("mesh that it (interpolates|was fitted to) [0-9.]+ mm\\^3; between vertices the mesh is "
                             "flat, and the limit round\n"));
-  EXPECT_THAT(run_alone({"info", box_, "--interpolate", "--smooth", "--full"}).out, Not(HasSubstr("is flat")))
-      << "sharp";
+  EXPECT_THAT(run_alone({"info", box_, "--fit", "--smooth", "--full"}).out, Not(HasSubstr("is flat"))) << "sharp";
   EXPECT_THAT(run({"plan", box_, "--pitch", "1"}).out,
               testing::AllOf(HasSubstr("volume     3072 mm^3 (the same), control mesh 3072 mm^3"),
                              HasSubstr("moved      no boundary vertex"), testing::Not(HasSubstr("warning"))));
@@ -299,12 +298,12 @@ TEST_F(CommandLine, TellsWhatMadeTheVolumeOfAFittedMeshAnother) {
   box.sharp_edges.clear();
   box.sharp_vertices.clear();
   cli::write_file(path("smooth.ccmesh"), MeshBytes(cli::to_proto(box)).bytes());
-  const std::vector<std::string> fitted = {"info", path("smooth.ccmesh"), "--interpolate", "--smooth", "--full"};
+  const std::vector<std::string> fitted = {"info", path("smooth.ccmesh"), "--fit", "--smooth", "--full"};
   EXPECT_THAT(run_alone(fitted).out,
               ContainsRegex("and the limit round\n  rounded    [0-9]+ edges where the mesh turns by 75 degrees or more "
                             "aren't sharp, and the limit bulges there; the most, by 90 degrees, near \\(.*\n  moved    "
                             "  no boundary vertex"));
-  EXPECT_GT(json_at(run_alone({"info", path("smooth.ccmesh"), "--interpolate", "--smooth", "--full", "--json"}).out,
+  EXPECT_GT(json_at(run_alone({"info", path("smooth.ccmesh"), "--fit", "--smooth", "--full", "--json"}).out,
                     "deviation.rounded_edges")
                 .number_value(),
             0);
@@ -316,7 +315,7 @@ TEST_F(CommandLine, TellsOfRoundedEdgesOnce) {
   box.sharp_edges.clear();
   box.sharp_vertices.clear();
   cli::write_file(path("smooth.ccmesh"), MeshBytes(cli::to_proto(box)).bytes());
-  const ProcessResult plan = run({"plan", path("smooth.ccmesh"), "--interpolate", "--smooth", "--pitch", "1"});
+  const ProcessResult plan = run({"plan", path("smooth.ccmesh"), "--fit", "--smooth", "--pitch", "1"});
   ASSERT_EQ(plan.exit_code, cli::kExitOk) << plan.err;
   const std::string all = plan.err + plan.out, told = "by 75 degrees or more aren't sharp";
   EXPECT_NE(all.find(told), all.npos);
@@ -330,7 +329,7 @@ TEST_F(CommandLine, ConvertsToTheSameBytesEachTime) {
 }
 
 TEST_F(CommandLine, ConvertSaysWhatVtuFilesDoNotKeep) {
-  const ProcessResult done = run_alone({"convert", box_, "--interpolate", "--smooth", "-o", path("box.vtu")});
+  const ProcessResult done = run_alone({"convert", box_, "--fit", "--smooth", "-o", path("box.vtu")});
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err,
               ContainsRegex("note: .vtu files don't keep: [0-9]+ sharp edges, that control points were fitted; "

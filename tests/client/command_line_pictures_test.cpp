@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The ccslice program: layers in the terminal, pictures and previews.
+// The ccslice program: pictures in files and in the terminal.
 
 #include "tests/client/command_line.h"
 
@@ -18,24 +18,35 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST_F(CommandLine, ShowsALayer) {
-  const ProcessResult result = run({"show", box_, "--channel", "gradient", "--width", "48"});
+TEST_F(CommandLine, DrawsCutsAndLayersInTheTerminal) {
+  const std::vector<std::string> half_way = {"picture", box_, "--channel", "gradient", "--terminal", "--pixels", "48"};
+  const ProcessResult result = run(half_way);
   ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
   EXPECT_THAT(result.out, HasSubstr("....."));
   EXPECT_THAT(result.out, HasSubstr("@@@@@\n"));
-  EXPECT_THAT(result.out, HasSubstr("z = 4 mm"));
+  EXPECT_THAT(result.out, HasSubstr("gradient from 0 to 1, '.' to '@'"));
+  const ProcessResult plane =
+      run({"picture", box_, "--channel", "gradient", "--terminal", "--plane", "z=4", "--pixels", "48"});
+  EXPECT_EQ(plane.out, result.out);
+  const ProcessResult layer = run({"picture", box_, "--terminal", "--layer", "3", "--pitch", "0.05", "--pixels", "40"});
+  ASSERT_EQ(layer.exit_code, cli::kExitOk) << layer.err;
+  EXPECT_LE(layer.out.find('\n'), 40u);
+  EXPECT_EQ(run({"picture", box_, "--terminal", "-o", path("t.png")}).exit_code, cli::kExitUsage);
+  EXPECT_EQ(run({"picture", box_, "--terminal", "--sweep", "3"}).exit_code, cli::kExitUsage);
+  EXPECT_EQ(run({"picture", box_, "--terminal", "--cut", "x=0.5"}).exit_code, cli::kExitUsage);
+  EXPECT_THAT(run({"picture", box_}).err, HasSubstr("-o FILE.png, or --terminal"));
 }
 
 TEST_F(CommandLine, DrawsAPictureOfACutPart) {
   const std::vector<std::string> command = {"picture",  box_,       "--channel", "gradient",      "--cut",
-                                            "x=0.5",    "--voxels", "24",        "--width",       "200",
+                                            "x=0.5",    "--voxels", "24",        "--pixels",      "200",
                                             "--rotate", "x=90",     "-o",        path("box.png"), "--json"};
   const ProcessResult result = run(command);
   ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
   EXPECT_EQ(json_at(result.out, "width").number_value(), 200);
   EXPECT_THAT(read_whole(path("box.png")), testing::StartsWith("\x89PNG"));
   EXPECT_EQ(run(command).exit_code, cli::kExitOutput) << "the file is there";
-  EXPECT_EQ(run({"picture", box_, "--cut", "x=0.5", "--voxels", "24", "--width", "100", "--material", "a=#ff0000",
+  EXPECT_EQ(run({"picture", box_, "--cut", "x=0.5", "--voxels", "24", "--pixels", "100", "--material", "a=#ff0000",
                  "--material", "b=#0000ff", "--map", "blend:gradient:0=a,1=b", "-o", path("printed.png")})
                 .exit_code,
             cli::kExitOk);
@@ -47,8 +58,8 @@ TEST_F(CommandLine, DrawsAPictureOfACutPart) {
             cli::kExitUsage);
 }
 
-TEST_F(CommandLine, PreviewsPlanesAndLayers) {
-  const std::vector<std::string> plane = {"preview",   box_,      "--plane",  "z=4", "--channel", "gradient",
+TEST_F(CommandLine, DrawsPlanesAndLayers) {
+  const std::vector<std::string> plane = {"picture",   box_,      "--plane",  "z=4", "--channel", "gradient",
                                           "--colours", "cividis", "--pixels", "100", "-o",        path("plane.png"),
                                           "--json"};
   const ProcessResult result = run(plane);
@@ -58,7 +69,7 @@ TEST_F(CommandLine, PreviewsPlanesAndLayers) {
   EXPECT_EQ(json_at(result.out, "range").list_value().values_size(), 2);
   EXPECT_THAT(read_whole(path("plane.png")), testing::StartsWith("\x89PNG"));
   EXPECT_EQ(run(plane).exit_code, cli::kExitOutput) << "the file is there";
-  EXPECT_THAT(run({"preview", box_, "--plane", "z=400", "-o", path("off.png")}).out, HasSubstr("misses the part"));
+  EXPECT_THAT(run({"picture", box_, "--plane", "z=400", "-o", path("off.png")}).out, HasSubstr("misses the part"));
   std::vector<std::string> lined = plane;
   lined.insert(lined.end(), {"--lines", "3", "--force"});
   const std::string before = read_whole(path("plane.png"));
@@ -70,30 +81,30 @@ TEST_F(CommandLine, PreviewsPlanesAndLayers) {
     arguments.insert(arguments.end(), materials.begin(), materials.end());
     return run(arguments);
   };
-  EXPECT_EQ(with_materials({"preview", box_, "--plane", "0,0,4:1,0,1", "-o", path("mix.png")}).exit_code, cli::kExitOk);
+  EXPECT_EQ(with_materials({"picture", box_, "--plane", "0,0,4:1,0,1", "-o", path("mix.png")}).exit_code, cli::kExitOk);
   const ProcessResult layer =
-      with_materials({"preview", box_, "--layer", "3", "--pitch", "0.5", "-o", path("layer.png")});
+      with_materials({"picture", box_, "--layer", "3", "--pitch", "0.5", "-o", path("layer.png")});
   ASSERT_EQ(layer.exit_code, cli::kExitOk) << layer.err;
   EXPECT_THAT(layer.out, testing::AllOf(HasSubstr("soft"), HasSubstr("hard"), HasSubstr("%")));
 }
 
-TEST_F(CommandLine, PreviewsSweepThroughThePart) {
-  ASSERT_EQ(run({"preview", box_, "--sweep", "7", "--channel", "gradient", "-o", path("sheet.png")}).exit_code,
+TEST_F(CommandLine, SweepsThroughThePart) {
+  ASSERT_EQ(run({"picture", box_, "--sweep", "7", "--channel", "gradient", "-o", path("sheet.png")}).exit_code,
             cli::kExitOk);
-  const ProcessResult animated = run({"preview", box_, "--sweep", "5", "--plane", "x=0", "--animate", "--pixels", "64",
+  const ProcessResult animated = run({"picture", box_, "--sweep", "5", "--plane", "x=0", "--animate", "--pixels", "64",
                                       "--channel", "gradient", "-o", path("sweep.png")});
   ASSERT_EQ(animated.exit_code, cli::kExitOk) << animated.err;
   EXPECT_THAT(read_whole(path("sweep.png")), HasSubstr("acTL"));
 }
 
-TEST_F(CommandLine, PreviewsNameTheOptionThatIsWrong) {
+TEST_F(CommandLine, PicturesNameTheOptionThatIsWrong) {
   const auto error_of = [&](std::vector<std::string> arguments, cli::ExitCode code = cli::kExitUsage) {
-    arguments.insert(arguments.begin(), {"preview", box_, "-o", path("p.png")});
+    arguments.insert(arguments.begin(), {"picture", box_, "-o", path("p.png")});
     const ProcessResult result = run(arguments);
     EXPECT_EQ(result.exit_code, code) << testing::PrintToString(arguments) << result.err;
     return result.err;
   };
-  EXPECT_THAT(error_of({}), HasSubstr("--plane z=12.5"));
+  EXPECT_THAT(error_of({"--animate"}), HasSubstr("--plane, --layer or --sweep"));
   EXPECT_THAT(error_of({"--plane", "up"}), HasSubstr("--plane takes"));
   EXPECT_THAT(error_of({"--plane", "z=1", "--layer", "2"}), HasSubstr("one of the two"));
   EXPECT_THAT(error_of({"--plane", "z=1", "--animate"}), HasSubstr("--sweep"));

@@ -31,8 +31,7 @@ TEST_F(CommandLine, HelpTeaches) {
   const ProcessResult help = run_alone({"--help"});
   EXPECT_EQ(help.exit_code, cli::kExitOk);
   EXPECT_THAT(help.out, HasSubstr("Exit codes"));
-  for (const char* command :
-       {"slice", "plan", "show", "picture", "preview", "probe", "info", "upload", "export", "models", "convert"}) {
+  for (const char* command : {"slice", "plan", "picture", "probe", "info", "upload", "export", "models", "convert"}) {
     const ProcessResult result = run_alone({command, "--help"});
     EXPECT_EQ(result.exit_code, cli::kExitOk);
     EXPECT_THAT(result.out, HasSubstr("Example")) << command;
@@ -103,7 +102,7 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"models", "teapot"},
       {"models", "ring", "-o", path("ring.stl")},
       {"picture", box_, "-o", path("box.jpg")},
-      {"preview", box_, "--plane", "z=1", "-o", path("box.jpg")},
+      {"picture", box_, "--plane", "z=1", "-o", path("box.jpg")},
       {"convert", box_, "-o", path("o.stl")},
       {"export", box_, "-o", path("o.obj")},
       {"slice", box_, "-o", path("o"), "--pitch", "1", "--encoding", "exr"},
@@ -146,13 +145,13 @@ TEST_F(CommandLine, RefusalsOfTheServerSayWhy) {
 }
 
 TEST_F(CommandLine, WrongOptionsExitAlikeWhoeverFindsThem) {
-  for (const char* option : {"--pitch=-0.2", "--pitch=x", "--profile=j75", "--pich=1"}) {
+  for (const char* option : {"--pitch=-0.2", "--pitch=x", "--printer=j75", "--pich=1"}) {
     const ProcessResult result = run({"plan", box_, option});
     EXPECT_EQ(result.exit_code, cli::kExitUsage) << option;
     EXPECT_THAT(result.err, HasSubstr(std::string(option).substr(0, 5))) << "the option, not a field of the request";
   }
   EXPECT_THAT(run({"plan", box_, "--pitch=1", "--extent=0,1,1"}).err, HasSubstr("--extent: 0"));
-  EXPECT_THAT(run({"plan", box_, "--profile=custom"}).err, HasSubstr("--profile: there is no profile"));
+  EXPECT_THAT(run({"plan", box_, "--printer=custom"}).err, HasSubstr("--printer: there is no profile"));
 }
 
 TEST_F(CommandLine, AddressesThatAreNoneAreNamed) {
@@ -168,13 +167,13 @@ TEST_F(CommandLine, AddressesThatAreNoneAreNamed) {
 }
 
 TEST_F(CommandLine, ListsPrintersWithoutAServer) {
-  const ProcessResult text = run_alone({"profiles"});
+  const ProcessResult text = run_alone({"printers"});
   EXPECT_EQ(text.exit_code, cli::kExitOk);
   EXPECT_THAT(text.out, HasSubstr("j750-hm"));
   EXPECT_THAT(text.out, HasSubstr("600 x 300 dpi"));
   EXPECT_THAT(text.out, HasSubstr("490 x 390 x 200 mm"));
   EXPECT_THAT(text.out, HasSubstr("VeroCY-V"));
-  const std::string json = "{\"all\":" + run_alone({"profiles", "--json"}).out + "}";
+  const std::string json = "{\"all\":" + run_alone({"printers", "--json"}).out + "}";
   const google::protobuf::Value all = json_at(json, "all");
   const auto& profiles = all.list_value().values();
   ASSERT_GT(profiles.size(), 3);

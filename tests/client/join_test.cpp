@@ -92,7 +92,7 @@ TEST_F(Join, EightSharesMakeTheFolderOfOneRun) {
        {"--occupancy", "--channel", "gradient:u16", "--contours", "json", "--no-contact-sheet"},
        {"--channel", "gradient:f32", "--encoding", "tiff", "--contours", "csv"},
        {"--channel", "gradient:f32", "--encoding", "raw", "--contours", "svg"},
-       {"--occupancy", "--encoding", "zstd", "--tolerance", "0.01"},
+       {"--occupancy", "--encoding", "zstd", "--contour-tolerance", "0.01"},
        {"--all-channels"},
        {"--channel", "gradient", "--outside", "alpha", "--rotate", "z=30", "--row-order", "descending"}});
 }
@@ -107,8 +107,8 @@ TEST_F(Join, EightSharesOfMaterialsAndOfPartsOfAJobDoToo) {
   expect_eight_shares_make({with_two({"--masks"}),
                             with_two({"--encoding", "png-rgba", "--halftone", "error-diffusion"}),
                             {"--layers", "21..155", "--channel", "gradient"},
-                            {"--region", "3,3,0.93,9,9,7.4", "--channel", "gradient"},
-                            with_two({"--for", "grabcad", "--region", "3,3,0.93,9,9,7.4"})});
+                            {"--box", "3,3,0.93,9,9,7.4", "--channel", "gradient"},
+                            with_two({"--format", "grabcad", "--box", "3,3,0.93,9,9,7.4"})});
 }
 
 TEST_F(Join, WhatIsJoinedStaysWhenTheSharesGo) {
@@ -262,11 +262,11 @@ TEST_F(Join, SharesOfDifferentJobsAreRefused) {
   refused("planes", "their planes differ", {"--contours", "json"});
   refused("samples", "their planes differ", {"--channel", "gradient:u16", "--contours", "json"});
   refused("layout", "their layouts differ", and_also({"--flip", "x"}));
-  refused("region", "their regions differ", and_also({"--region", "0,0,0,9,9,8"}));
+  refused("region", "their regions differ", and_also({"--box", "0,0,0,9,9,8"}));
   refused("mesh", "their meshes differ", and_also({"--grade", "more=z"}));
   refused("placement", "their placements differ", and_also({"--scale=-1,1,1", "--translate", "24,0,0"}));
   refused("layers", "one has layers 0 to 159, the other layers 0 to 150", and_also({"--layers", "0..150"}));
-  refused("tolerance", "their tolerances, contours or other options differ", and_also({"--tolerance", "0.01"}));
+  refused("tolerance", "their tolerances, contours or other options differ", and_also({"--contour-tolerance", "0.01"}));
   refused("contours", "their tolerances, contours or other options differ",
           {"--channel", "gradient", "--contours", "csv"});
   const Words materials = {"--material", "a=#ff0000", "--material", "b=#00ff00", "--map"};

@@ -47,10 +47,10 @@ TEST(PrintingOptions, ReadEveryKindOfMap) {
   EXPECT_EQ(blend.blend().stops_size(), 3);
   EXPECT_EQ(blend.blend().stops(1).value(), 0.5);
   EXPECT_EQ(blend.blend().stops(2).material(), "hard");
-  const v1::MaterialMap curve = map_of("curve:stiffness:hard/soft:20=0,95.5=1");
-  EXPECT_EQ(curve.curve().material(), "hard");
-  EXPECT_EQ(curve.curve().base(), "soft");
-  EXPECT_EQ(curve.curve().points(1).property(), 95.5);
+  const v1::MaterialMap curve = map_of("calibration:stiffness:hard/soft:20=0,95.5=1");
+  EXPECT_EQ(curve.calibration().material(), "hard");
+  EXPECT_EQ(curve.calibration().base(), "soft");
+  EXPECT_EQ(curve.calibration().points(1).property(), 95.5);
   const v1::MaterialMap direct = map_of("direct:x=soft,y=hard,rest=clear");
   EXPECT_EQ(direct.direct().shares_size(), 2);
   EXPECT_EQ(direct.direct().shares(1).channel(), "y");
@@ -59,7 +59,7 @@ TEST(PrintingOptions, ReadEveryKindOfMap) {
   EXPECT_EQ(colour.colour().blue_channel(), "b");
   EXPECT_EQ(colour.colour().full_value(), 255);
   for (const char* bad :
-       {"blend", "blend:x", "blend:x:soft", "blend:x:y=soft", "curve:x:hard:0=1", "colour:r,g", "mix:x:0=a"}) {
+       {"blend", "blend:x", "blend:x:soft", "blend:x:y=soft", "calibration:x:hard:0=1", "colour:r,g", "mix:x:0=a"}) {
     EXPECT_THROW(map_of(bad), UsageError) << bad;
   }
 }
@@ -68,10 +68,10 @@ TEST(PrintingOptions, TakeNamesOfChannelsWithColons) {
   EXPECT_EQ(map_of("blend:S:Mises:0=a,10=b").blend().channel(), "S:Mises");
   EXPECT_EQ(map_of("blend:\"S:Mises\":0=a,10=b").blend().channel(), "S:Mises");
   EXPECT_EQ(map_of("blend:\"0=a:1\":0=a,10=b").blend().channel(), "0=a:1");
-  const v1::CurveMap curve = map_of("curve:a:b:c:hard/soft:20=0,95=1").curve();
+  const v1::CalibrationMap curve = map_of("calibration:a:b:c:hard/soft:20=0,95=1").calibration();
   EXPECT_EQ(curve.channel(), "a:b:c");
   EXPECT_EQ(curve.material(), "hard");
-  EXPECT_EQ(map_of("curve:\"a/b:2\":hard/soft:20=0,95=1").curve().channel(), "a/b:2");
+  EXPECT_EQ(map_of("calibration:\"a/b:2\":hard/soft:20=0,95=1").calibration().channel(), "a/b:2");
   const v1::DirectMap direct = map_of("direct:u:1=soft,\"v,2=\"=hard,\"rest\"=clear,rest=mid").direct();
   ASSERT_EQ(direct.shares_size(), 3);
   EXPECT_EQ(direct.shares(0).channel(), "u:1");
@@ -111,13 +111,14 @@ TEST(PrintingOptions, SayWhatTheyTake) {
   };
   const std::string map = "material:a", material = "a=#102030";
   EXPECT_EQ(error_of("soft", map),
-            "--material takes NAME=#RRGGBB, or the name of a resin that `ccslice profiles` lists, not 'soft'");
+            "--material takes NAME=#RRGGBB, or the name of a resin that `ccslice printers` lists, not 'soft'");
   EXPECT_EQ(error_of(material, "blend:x:soft,hard"), "--map blend takes VALUE=MATERIAL, not 'soft'");
   EXPECT_EQ(error_of(material, "direct:soft"), "--map direct takes CHANNEL=MATERIAL, not 'soft'");
-  EXPECT_EQ(error_of(material, "curve:x:a/b:0"), "--map curve takes PROPERTY=FRACTION, not '0'");
-  EXPECT_EQ(error_of(material, "hardness"),
-            "--map takes direct:..., blend:..., curve:..., colour:..., material:... or region:..., as in its help, "
-            "not 'hardness'");
+  EXPECT_EQ(error_of(material, "calibration:x:a/b:0"), "--map calibration takes PROPERTY=FRACTION, not '0'");
+  EXPECT_EQ(
+      error_of(material, "hardness"),
+      "--map takes direct:..., blend:..., calibration:..., colour:..., material:... or region:..., as in its help, "
+      "not 'hardness'");
 }
 
 TEST(PrintingOptions, GiveCellRegionsMapsOfTheirOwn) {

@@ -152,8 +152,8 @@ def main(ccslice):
         run("models", "box", "-o", "box.ccmesh")
         options = [word for pair in MATERIALS.items() for word in ("--material", "=".join(pair))]
         stops = ",".join(f"{value}={material}" for value, material in zip((0, 0.5, 1), MATERIALS))
-        run("slice", "box.ccmesh", "--local", "--for", "grabcad", "--dpi", "600,300", "--layer-height", str(LAYER_MM),
-            "--region-voxels", "0,0,100,560,20,4", *options, "--map", f"blend:gradient:{stops}", "-o", "layers")
+        run("slice", "box.ccmesh", "--local", "--format", "grabcad", "--dpi", "600,300", "--layer-height", str(LAYER_MM),
+            "--box-voxels", "0,0,100,560,20,4", *options, "--map", f"blend:gradient:{stops}", "-o", "layers")
         run("package", "layers", "-o", "box.gcvf")
         materials = take_apart(folder / "box.gcvf")
         manifest = json.loads((folder / "layers/manifest.json").read_text(encoding="utf-8"))

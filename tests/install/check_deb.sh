@@ -62,7 +62,7 @@ make_package() {
 }
 
 grabcad_folder() {
-  inside ccslice slice "/mnt/$1" --size z=30 --grade depth=distance:1..0:6 --for grabcad --profile j750-hm \
+  inside ccslice slice "/mnt/$1" --size z=30 --grade depth=distance:1..0:6 --format grabcad --printer j750-hm \
     "${materials[@]/#/--material=}" \
     --map "blend:depth:0=${materials[0]},0.5=${materials[1]},1=${materials[2]}" -o /mnt/grabcad --quiet
 }

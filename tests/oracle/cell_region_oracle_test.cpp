@@ -145,7 +145,7 @@ TEST_P(CellRegions, EveryVoxelTakesItsMaterialFromItsOwnPlace) {
   job.planes.emplace_back().encoding = Encoding::kRaw;
   add_channel_planes(3, job);
   SliceJob exact_job = job;
-  exact_job.material_tolerance = 0;
+  exact_job.channel_tolerance = 0;
   LayerSlicer exact(solid, exact_job), interpolating(solid, job);
   for (std::uint32_t k = 0; k < job.grid.extent.layers; k += 1 + job.grid.extent.layers / 8) {
     const Layer layer = exact.slice(k, {}), fast = interpolating.slice(k, {});
@@ -178,7 +178,7 @@ TEST_P(CellRegions, ChannelsJumpAtInterfaces) {
   SliceJob job = job_on(*solid, {61, 53, 29});
   add_channel_planes(2, job);
   SliceJob exact_job = job;
-  exact_job.material_tolerance = 0;
+  exact_job.channel_tolerance = 0;
   LayerSlicer exact(solid, exact_job), interpolating(solid, job);
   const ChannelRange& heights = solid->summary().channels[1];
   const double tolerance = (heights.max - heights.min) / 65536;

@@ -104,8 +104,8 @@ Common random_common(Random& random) {
   }
   common.order = {random_below(random, 2) == 0, random_below(random, 2) == 0};
   common.tolerance = random_below(random, 3) == 0 ? 0 : 1.0 / 1024;
-  common.method = std::array{HalftoneMethod::kBlueNoise, HalftoneMethod::kErrorDiffusion, HalftoneMethod::kNearest,
-                             HalftoneMethod::kWhiteNoise}[random_below(random, 4)];
+  common.method = std::array{HalftoneMethod::kBlueNoise, HalftoneMethod::kErrorDiffusion,
+                             HalftoneMethod::kLargestFraction, HalftoneMethod::kWhiteNoise}[random_below(random, 4)];
   common.outside = random_below(random, 256);
   return common;
 }
@@ -116,7 +116,7 @@ SliceJob job_of_part(const Common& common, const LimitSolid& solid, Random& rand
   job.grid = common.grid;
   job.region = common.region;
   job.order = common.order;
-  job.material_tolerance = common.tolerance;
+  job.channel_tolerance = common.tolerance;
   job.contours = true;
   const std::uint32_t soft = channel_of(solid, "soft"), hard = channel_of(solid, "hard");
   PlaneSpec bytes = plane_of(PlaneContent::kChannel, SampleType::kUint8);

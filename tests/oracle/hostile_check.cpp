@@ -135,7 +135,7 @@ void run(std::uint64_t seed, const HostileOptions& options, HostileResult& resul
   describe_folds(solid->summary(), result.description);
   std::optional<HostileJob> job = plan(seed, *solid, options, result);
   if (!job) return;
-  job->job.prove_materials = job->asked.prove_materials = options.prove;
+  job->job.prove_channels = job->asked.prove_channels = options.prove;
   const bool marked = solid->has_several_regions() && !options.only_linear;
   HostileRun run{.seed = seed,
                  .solid = solid,

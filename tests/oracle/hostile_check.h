@@ -89,7 +89,7 @@ struct HostileOptions {
   bool only_linear = false;          // That check alone, which takes a tenth of the time.
   bool only_channels = false;        // Without cell regions, and no planes but those of channels and the occupancy.
   bool only_subdivided = false;      // No mesh is taken as meshed.
-  bool prove = false;                // Jobs ask for SliceJob::prove_materials.
+  bool prove = false;                // Jobs ask for SliceJob::prove_channels.
 };
 
 /// Throws nothing but std::bad_alloc.

@@ -182,7 +182,7 @@ class JobMaker {
 
   void choose_tolerances() {
     constexpr std::array weights = {0.25, 0.2, 0.1, 0.45};
-    std::optional<double>& tolerance = result_.job.material_tolerance;
+    std::optional<double>& tolerance = result_.job.channel_tolerance;
     switch (random_.weighted(weights)) {
       case 0: break;
       case 1: tolerance = 1.0 / 1024; break;

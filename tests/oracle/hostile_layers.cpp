@@ -44,7 +44,7 @@ std::vector<Layer> slice_layers(const std::shared_ptr<const LimitSolid>& solid, 
 
 SliceJob inverting_job(const LimitSolid& solid, const SliceJob& job) {
   SliceJob result = job;
-  result.material_tolerance = 0;
+  result.channel_tolerance = 0;
   result.contours = true;
   result.planes.clear();
   PlaneSpec plane;
@@ -82,7 +82,7 @@ double tolerance_of(const SolidSummary& solid, const SliceJob& job, std::uint32_
   const ChannelRange& range = solid.channels[channel];
   double tolerance = std::numeric_limits<double>::infinity();
   const auto allow = [&](double span, double default_share) {
-    const double share = job.material_tolerance.value_or(default_share);
+    const double share = job.channel_tolerance.value_or(default_share);
     tolerance = std::min(tolerance, share * std::min(span, range.max - range.min));
   };
   for (const PlaneSpec& plane : job.planes) {

@@ -26,9 +26,9 @@ double steepest_span_of(const MaterialMap& map) {
       span = std::min(span, blend->stops[i].value - blend->stops[i - 1].value);
     }
   }
-  if (const auto* curve = std::get_if<CurveMap>(&map.kind)) {
+  if (const auto* curve = std::get_if<CalibrationMap>(&map.kind)) {
     for (std::size_t i = 1; i < curve->points.size(); ++i) {
-      const CurveMap::Point &a = curve->points[i - 1], &b = curve->points[i];
+      const CalibrationMap::Point &a = curve->points[i - 1], &b = curve->points[i];
       span = std::min(span, (b.property - a.property) / std::abs(b.fraction - a.fraction));
     }
   }
@@ -55,8 +55,8 @@ MapTruth::MapTruth(const Printing& printing, const MaterialMap& map, std::shared
       stop_shares_.back()[stop.material - 1] = 1;
     }
   }
-  if (const auto* curve = std::get_if<CurveMap>(&map.kind)) {
-    for (const CurveMap::Point& point : curve->points) {
+  if (const auto* curve = std::get_if<CalibrationMap>(&map.kind)) {
+    for (const CalibrationMap::Point& point : curve->points) {
       stops_.push_back(point.property);
       stop_shares_.emplace_back().fill(0);
       stop_shares_.back()[curve->material - 1] = point.fraction;

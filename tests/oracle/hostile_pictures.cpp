@@ -145,9 +145,9 @@ SliceJob draw_hostile_pictures(HostileRandom& random, const SolidSummary& solid,
   asked.order = {random.chance(0.25), random.chance(0.25)};
   if (asked.order.columns_descending) text += ", columns descending";
   if (asked.order.rows_descending) text += ", rows descending";
-  asked.contours_by_region = !solid.cell_regions.empty() && random.chance(0.7);
-  asked.contours = asked.contours_by_region || random.chance(0.3);
-  if (asked.contours) text += asked.contours_by_region ? ", contours by region" : ", contours";
+  asked.contours_by_cell_region = !solid.cell_regions.empty() && random.chance(0.7);
+  asked.contours = asked.contours_by_cell_region || random.chance(0.3);
+  if (asked.contours) text += asked.contours_by_cell_region ? ", contours by region" : ", contours";
   return asked;
 }
 
@@ -155,7 +155,7 @@ SliceJob without_pictures(SliceJob asked) {
   SliceJob job = without_strict_maps(std::move(asked));
   for (PlaneSpec& plane : job.planes) plane.encoding = Encoding::kRaw;
   job.order = {};
-  job.contours = job.contours_by_region = false;
+  job.contours = job.contours_by_cell_region = false;
   return job;
 }
 

@@ -168,7 +168,7 @@ class TileSearch {
 void compare_pieces(const HostileRun& run, HostileFinding& finding, HostileFinding& finding_of_shells) {
   constexpr std::size_t kMostOfVertices = 300, kMostOfOthers = 60, kMostShells = 40;
   constexpr int kTiles = 25;
-  if (run.job.job.material_tolerance == 0) return;
+  if (run.job.job.channel_tolerance == 0) return;
   Evaluated evaluated(run);
   if (evaluated.spec.channels.empty()) return;
   std::vector<LimitCellId> at_vertices, others;

@@ -5,8 +5,8 @@
 // agree. Of the inverted layers: each voxel's material is one that the map of its cell region may give it, for channels
 // as far from the inverted ones as the tolerance lets them be; and so it is where every voxel is inverted.
 //
-// Which of a mix's materials a voxel takes is known for thresholds and for the nearest. Error diffusion may take
-// any that isn't absent; over a layer it keeps to the fractions, but for what is lost at edges.
+// Which of a mix's materials a voxel takes is known for thresholds and for the largest fraction. Error diffusion may
+// take any that isn't absent; over a layer it keeps to the fractions, but for what is lost at edges.
 
 #include <algorithm>
 #include <array>
@@ -196,7 +196,7 @@ class PrintedComparison {
     if (count == 1) return true;
     switch (printing_.halftone.method) {
       case HalftoneMethod::kErrorDiffusion: return mix.shares[m].high > kRoundingOfShares;
-      case HalftoneMethod::kNearest:
+      case HalftoneMethod::kLargestFraction:
         return std::none_of(mix.shares.begin(), mix.shares.begin() + static_cast<std::ptrdiff_t>(count),
                             [&](const Interval& other) { return other.low > mix.shares[m].high; });
       default: break;

@@ -114,8 +114,8 @@ class PrintingDraw {
     return map;
   }
 
-  CurveMap draw_curve() {
-    CurveMap map;
+  CalibrationMap draw_curve() {
+    CalibrationMap map;
     map.channel = channel();
     const std::vector<std::uint32_t> order = shuffled(count_, 1);
     map.material = order[0];

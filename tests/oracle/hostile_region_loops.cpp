@@ -117,7 +117,7 @@ void compare_contours(const HostileRun& run, HostileFinding& finding) {
   ContourComparison comparison(run, finding);
   for (const Layer& inverted : run.inverted) {
     const Layer& delivered = run.delivered[inverted.index - run.job.first_layer];
-    if (asked.contours_by_region) {
+    if (asked.contours_by_cell_region) {
       comparison.compare_by_region(delivered, inverted);
     } else {
       comparison.compare_whole(delivered, inverted);

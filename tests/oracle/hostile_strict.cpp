@@ -30,7 +30,7 @@ void cover_range(const SolidSummary& solid, MaterialMap& map) {
     blend->stops.front().value = std::min(blend->stops.front().value, range.min);
     blend->stops.back().value = std::max(blend->stops.back().value, range.max);
   }
-  if (auto* curve = std::get_if<CurveMap>(&map.kind)) {
+  if (auto* curve = std::get_if<CalibrationMap>(&map.kind)) {
     const ChannelRange& range = solid.channels[curve->channel];
     curve->points.front().property = std::min(curve->points.front().property, range.min);
     curve->points.back().property = std::max(curve->points.back().property, range.max);
@@ -61,7 +61,7 @@ Misfit misfit_of(const MaterialMap& map, std::span<const Interval> values) {
   Misfit misfit;
   if (const auto* blend = std::get_if<BlendMap>(&map.kind)) {
     misfit.add(values[0], blend->stops.front().value, blend->stops.back().value);
-  } else if (const auto* curve = std::get_if<CurveMap>(&map.kind)) {
+  } else if (const auto* curve = std::get_if<CalibrationMap>(&map.kind)) {
     misfit.add(values[0], curve->points.front().property, curve->points.back().property);
   } else if (const auto* colour = std::get_if<ColourMap>(&map.kind)) {
     for (const Interval& value : values) misfit.add(value, 0, colour->full_value);

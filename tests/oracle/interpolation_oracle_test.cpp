@@ -55,7 +55,7 @@ Difference compare(const Subject& subject, int columns, std::uint32_t places, do
   SliceJob exact_job = float_job(subject, columns);
   exact_job.contours = false;
   SliceJob job = exact_job;
-  job.material_tolerance = tolerance;
+  job.channel_tolerance = tolerance;
   LayerSlicer exact(subject.shared_solid(), exact_job), interpolating(subject.shared_solid(), job);
   Difference difference;
   difference.tolerance = tolerance;
@@ -140,7 +140,7 @@ TEST(InterpolatedChannels, FarFromZeroKeepTheToleranceToo) {
   exact_job.planes[1].sample_type = SampleType::kUint16;
   exact_job.planes.erase(exact_job.planes.begin());
   SliceJob job = exact_job;
-  job.material_tolerance.reset();
+  job.channel_tolerance.reset();
   LayerSlicer exact(subject.shared_solid(), exact_job), interpolating(subject.shared_solid(), job);
   std::uint64_t interpolated = 0;
   for (std::uint32_t k = 3; k < job.grid.extent.layers; k += 8) {

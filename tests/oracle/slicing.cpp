@@ -20,7 +20,7 @@ SliceJob float_job(const Subject& subject, const VoxelPitch& pitch) {
   plane.sample_type = SampleType::kFloat32;
   for (plane.channel = 0; plane.channel < subject.solid().channel_count(); ++plane.channel) job.planes.push_back(plane);
   job.contours = true;
-  job.material_tolerance = 0;
+  job.channel_tolerance = 0;
   return job;
 }
 

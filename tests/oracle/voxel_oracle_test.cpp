@@ -75,7 +75,7 @@ TEST_P(Voxels, EveryVoxelTakesItsMaterialFromItsOwnPlace) {
 TEST_P(Voxels, SameBytesHoweverTheRangeIsSplit) {
   const Subject subject(tiny_meshes()[GetParam()].mesh);
   SliceJob job = float_job(subject, 25);
-  job.material_tolerance.reset();
+  job.channel_tolerance.reset();
   std::vector<std::vector<std::uint8_t>> bytes;
   LayerSlicer upwards(subject.shared_solid(), job);
   const std::uint32_t layers = std::min(job.grid.extent.layers, kSlabLayers + 3);

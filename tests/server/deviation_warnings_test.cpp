@@ -264,7 +264,7 @@ TEST_F(PlanSlices, WarnsOfVolumesThatDifferWhateverThePitch) {
                              HasSubstr(". If that isn't meant: for a mesh that was made of a CAD part give ccslice "
                                        "--part; for one of finite elements --as-meshed (as_meshed); else keep edges "
                                        "sharp (sharp_edges, or --sharp-angle of ccslice), or use a finer mesh"),
-                             testing::Not(HasSubstr("--interpolate"))))
+                             testing::Not(HasSubstr("--fit"))))
       << "which is refused for such edges";
   ASSERT_EQ(response_.warnings(0).places_mm_size(), 1);
   EXPECT_EQ(response_.warnings(0).places_mm(0).SerializeAsString(),

@@ -33,8 +33,8 @@ TEST(AtJob, PutsThePathOfTheJobBeforeFieldAndMessage) {
 TEST(AtJob, NamesFieldsAsTheContractDoes) {
   const auto field_of = [](const std::string& field) { return moved(kLayerJobPath, field, field + ": no").field(); };
   EXPECT_EQ(field_of("contour_tolerance_mm"), "plane.layer.job.tolerances.contour_mm");
-  EXPECT_EQ(field_of("material_tolerance"), "plane.layer.job.tolerances.channel");
-  EXPECT_EQ(field_of("contours_by_region"), "plane.layer.job.contours.by_cell_region");
+  EXPECT_EQ(field_of("channel_tolerance"), "plane.layer.job.tolerances.channel");
+  EXPECT_EQ(field_of("contours_by_cell_region"), "plane.layer.job.contours.by_cell_region");
   EXPECT_EQ(field_of("placements"), "plane.layer.job.placements") << "another field";
   EXPECT_EQ(field_of("content.channel"), "content.channel") << "beside the job";
 }

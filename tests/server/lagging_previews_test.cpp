@@ -219,7 +219,7 @@ TEST_F(Preview, KeepsWhatLargeRequestsSetWithinABudget) {
   v1::PreviewRequest large = request(1);
   for (const char* name : {"soft", "hard"}) large.mutable_printing()->add_materials()->set_name(name);
   large.mutable_printing()->mutable_materials(1)->set_rgba(0xff0000ff);
-  v1::CurveMap& table = *large.mutable_printing()->mutable_map()->mutable_curve();
+  v1::CalibrationMap& table = *large.mutable_printing()->mutable_map()->mutable_calibration();
   table.set_channel("x");
   table.set_material("soft");
   table.set_base("hard");

@@ -183,7 +183,7 @@ TEST_F(MalformedRequests, AreNotTheLargestJobsThereAre) {
   };
   expect_parsed(1'300'000, [](v1::MaterialMap& map) {
     for (std::size_t i = 0; i < kMaxCurvePoints; ++i) {
-      v1::CurvePoint& point = *map.mutable_curve()->add_points();
+      v1::CalibrationPoint& point = *map.mutable_calibration()->add_points();
       point.set_property(static_cast<double>(i + 1));
       point.set_fraction(0.5);
     }

@@ -82,9 +82,9 @@ TEST(ParsedSize, CountsSubMessages) {
   expect<Job>("\x12\x02\x0a\0"sv, sizeof(v1::GridSpec) + sizeof(v1::VoxelPitch));
   expect<v1::SliceRangeRequest>("\x0a\x02\x2a\0"sv, sizeof(Job) + 16 + sizeof(v1::PlaneSpec));
   Job job;
-  job.mutable_printing()->add_cell_region_maps()->mutable_map()->mutable_curve()->add_points()->set_property(1);
+  job.mutable_printing()->add_cell_region_maps()->mutable_map()->mutable_calibration()->add_points()->set_property(1);
   expect<Job>(job.SerializeAsString(), sizeof(v1::Printing) + 16 + sizeof(v1::CellRegionMap) + sizeof(v1::MaterialMap) +
-                                           sizeof(v1::CurveMap) + 16 + sizeof(v1::CurvePoint));
+                                           sizeof(v1::CalibrationMap) + 16 + sizeof(v1::CalibrationPoint));
 }
 
 TEST(ParsedSize, CountsStrings) {

@@ -1,184 +1,196 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <algorithm>
-#include <cstddef>
+#include <cmath>
+#include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "client/cli/base/console.h"
 #include "client/cli/base/json.h"
 #include "client/cli/base/output_file.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/commands/commands.h"
-#include "client/cli/meshes/mesh_source.h"
-#include "client/cli/options/part_box.h"
-#include "client/cli/options/placement.h"
-#include "client/cli/options/printing.h"
-#include "client/cli/pictures/cut_view.h"
-#include "client/cli/pictures/legend.h"
+#include "client/cli/commands/picture_options.h"
 #include "client/cli/pictures/png_file.h"
-#include "client/cli/pictures/voxel_block.h"
-#include "client/client_error.h"
+#include "core/base/echo.h"
 
 namespace ccslice::cli {
 namespace {
 
-struct PictureOptions {
-  MeshOptions mesh;
-  PlacementOptions placement;
-  PrintingOptions printing;
-  std::string channel, view, output;
-  std::vector<std::string> cuts;
-  std::uint32_t width = 640, voxels = 240;
-  bool cell_regions = false, no_legend = false, force = false;
-};
+constexpr std::uint32_t kTerminalWidth = 78, kMostPlanes = 200;
 
-CutView parse_view(const PictureOptions& options) {
-  CutView view;
-  view.width = static_cast<int>(options.width);
-  if (!options.view.empty()) {
-    const std::vector<double> angles = parse_numbers("--view", options.view, 2, 2);
-    view.azimuth_deg = angles[0];
-    view.elevation_deg = angles[1];
+/// "hardness from 0.1 to 0.9", "soft 40 %, hard 60 %".
+std::string legend_text(const PictureOptions& options, const v1::PreviewHeader& header) {
+  if (header.pixels_inside() == 0) return "the plane misses the part";
+  if (header.has_range()) {
+    return echoed(options.channel) + " from " + show_number(header.range().min()) + " to " +
+           show_number(header.range().max()) + (options.terminal ? ", '.' to '@'" : "");
   }
-  for (const std::string& cut : options.cuts) {
-    const std::size_t axis = std::string_view("xyz").find(cut.substr(0, 1));
-    const bool whole = cut.size() >= 3 && cut[1] == '=' && axis != std::string_view::npos;
-    const double fraction = whole ? parse_number("--cut", std::string_view(cut).substr(2)) : -1;
-    if (!(fraction >= 0 && fraction <= 1)) {
-      throw UsageError("--cut takes an axis and a fraction of the part's extent from 0 to 1, as in x=0.5, not '" + cut +
-                       "'");
-    }
-    view.cut[axis] = fraction;
+  std::string text;
+  for (int m = 0; m < header.material_pixels_size(); ++m) {
+    const double share = static_cast<double>(header.material_pixels(m)) / static_cast<double>(header.pixels_inside());
+    const std::string& material = options.printing.materials[static_cast<std::size_t>(m)];
+    text += (m == 0 ? "" : ", ") + echoed(material.substr(0, material.find('='))) + " " +
+            show_number(std::round(1000 * share) / 10) + " %";
   }
-  return view;
+  return text.empty() ? "material at " + show_count(header.pixels_inside()) + " pixels" : text;
 }
 
-double longest_side(const v1::Box3& box) {
-  return std::max(
-      {box.max_mm().x() - box.min_mm().x(), box.max_mm().y() - box.min_mm().y(), box.max_mm().z() - box.min_mm().z()});
+void add_legend(const v1::PreviewHeader& header, JsonWriter& json) {
+  json.member("across_mm_per_pixel", header.across_mm_per_pixel());
+  json.member("up_mm_per_pixel", header.up_mm_per_pixel());
+  json.member("pixels_inside", header.pixels_inside());
+  if (header.has_range()) {
+    json.key("range").begin_array().value(header.range().min()).value(header.range().max()).end_array();
+  }
+  if (header.material_pixels_size() > 0) {
+    json.key("material_pixels").begin_array();
+    for (const std::uint64_t pixels : header.material_pixels()) json.value(pixels);
+    json.end_array();
+  }
 }
 
-/// Cubic voxels, as many as wanted along the longest side of the box.
-v1::SliceRangeRequest block_request(const std::string& id, const v1::Placement& placement, const v1::Box3& box,
-                                    const PictureOptions& options) {
-  const double longest = longest_side(box);
-  v1::SliceRangeRequest request;
-  v1::SliceJob& job = *request.mutable_job() = client::job_of(id, placement);
-  v1::VoxelPitch& pitch = *job.mutable_grid()->mutable_pitch();
-  pitch.set_x_mm(longest / options.voxels);
-  pitch.set_y_mm(longest / options.voxels);
-  pitch.set_z_mm(longest / options.voxels);
-  if (const std::optional<v1::Printing> printing = parse_printing(options.printing)) {
-    ask_for_material_block(job, *printing);
-  } else if (options.cell_regions) {
-    ask_for_region_block(job);
+void print_document(const PictureOptions& options, const DrawnPicture& drawn) {
+  JsonWriter json;
+  json.begin_object();
+  if (options.terminal) {
+    json.member("characters", drawn.bytes);
   } else {
-    ask_for_block(job, options.channel);
+    json.member("file", options.output).member("size_bytes", drawn.bytes.size());
   }
-  return request;
+  if (drawn.width > 0) json.member("width", drawn.width).member("height", drawn.height);
+  if (options.sweep > 0) json.member("planes", options.sweep);
+  if (drawn.header) add_legend(*drawn.header, json);
+  print_line(json.end_object().text());
 }
 
-/// The surface, so near that no triangle can be told from it in the picture; somewhat coarser where that would be more
-/// triangles than the server gives.
-client::Surface picture_surface(Session& session, const v1::Part& part, const v1::Box3& box, int width) {
-  constexpr double kShareOfPlace = 0.1, kFinestMm = 1e-5, kCoarsestMm = 1e3, kCoarser = 4, kMostPlaces = 2;
-  const double place = longest_side(box) / width;
-  v1::TessellateBoundaryRequest request;
-  request.set_mesh_id(part.mesh_id());
-  *request.mutable_placement() = part.placements(0);
-  for (double tolerance = kShareOfPlace * place;; tolerance *= kCoarser) {
-    request.set_chord_tolerance_mm(std::clamp(tolerance, kFinestMm, kCoarsestMm));
-    try {
-      return session.client().tessellate(request, session.call());
-    } catch (const client::ClientError& error) {
-      if (error.reason() != "TOO_MANY_TRIANGLES" || tolerance > kMostPlaces * place) throw;
-    }
+void print_result(const PictureOptions& options, const DrawnPicture& drawn) {
+  if (options.terminal) {
+    return print_line(drawn.bytes + legend_text(options, *drawn.header) + "; a character is " +
+                      show_number(drawn.header->across_mm_per_pixel()) + " mm wide");
   }
+  std::string text = options.output + ": " + show_bytes(drawn.bytes.size());
+  if (drawn.width > 0) text += ", " + std::to_string(drawn.width) + " x " + std::to_string(drawn.height);
+  if (options.sweep > 0) text += ", " + std::to_string(options.sweep) + " planes";
+  if (drawn.header) text += ", " + legend_text(options, *drawn.header);
+  print_line(text);
 }
 
-/// Letters that grow with the picture.
-int legend_scale(int width) {
-  constexpr int kWidthPerDot = 320;
-  return std::max(1, width / kWidthPerDot);
-}
-
-void ask_for_all_layers(Session& session, v1::SliceRangeRequest& request) {
-  v1::PlanSlicesRequest plan;
-  *plan.mutable_job() = request.job();
-  request.set_layer_count(session.client().plan(plan, session.call()).layer_count());
-}
-
-void run_picture(Session& session, const PictureOptions& options) {
-  if (options.cell_regions && (!options.channel.empty() || !options.printing.materials.empty())) {
-    throw UsageError("--cell-regions gives each region a colour: leave out --channel and --material, or it");
-  }
-  const CutView view = parse_view(options);
-  const v1::Placement placement = parse_placement(options.placement);
+void check_output(const PictureOptions& options) {
+  if (options.terminal && !options.output.empty()) throw UsageError("--terminal writes no file: leave -o out");
+  if (options.terminal) return;
+  if (options.output.empty()) throw UsageError("say where the picture goes: -o FILE.png, or --terminal");
   require_png_name(options.output);
-  refuse_to_overwrite(options.output, options.force);
+}
+
+void run_picture(Session& session, PictureOptions options) {
+  check_output(options);
+  options.in_space() ? check_space_options(options) : check_plane_options(options);
+  if (!options.terminal) refuse_to_overwrite(options.output, options.force);
+  if (options.terminal && options.pixels == PictureOptions().pixels) options.pixels = kTerminalWidth;
   const std::string id = ensure_on_server(session, options.mesh, options.placement);
-  const v1::Box3 box = part_box(session, id, placement);
-  v1::SliceRangeRequest request = block_request(id, placement, box, options);
-  ask_for_all_layers(session, request);
-  const VoxelBlock block = slice_block(session, request, "slicing");
-  Picture picture = draw_cut_view(picture_surface(session, request.job().parts(0), box, view.width), block, view);
-  if (!options.no_legend) picture = with_legend(std::move(picture), block.legend, legend_scale(view.width));
-  const std::string png = to_png(picture);
-  write_file(options.output, png);
-  if (session.options().json) {
-    JsonWriter json;
-    json.begin_object().member("file", options.output).member("width", static_cast<std::uint64_t>(picture.width));
-    json.member("height", static_cast<std::uint64_t>(picture.height)).member("size_bytes", png.size());
-    return print_line(json.end_object().text());
-  }
-  print_line(options.output + ": " + std::to_string(picture.width) + " x " + std::to_string(picture.height) + ", " +
-             show_bytes(png.size()));
+  const DrawnPicture drawn = options.in_space() ? draw_in_space(session, options, id)  //
+                                                : draw_planes(session, options, id);
+  if (!options.terminal) write_file(options.output, drawn.bytes);
+  session.options().json ? print_document(options, drawn) : print_result(options, drawn);
+}
+
+void add_cut_options(CLI::App& app, PictureOptions& options) {
+  constexpr const char* kGroup = "A cut";
+  app.add_option("--plane", options.plane,
+                 "Draw what is on this plane: an axis and a place in mm, as in z=12.5, or a point and a normal, "
+                 "X,Y,Z:NX,NY,NZ")
+      ->group(kGroup);
+  app.add_option("--layer", options.layer,
+                 "Draw this layer of a job, voxel by voxel as it is sliced; --pitch or --printer give its grid")
+      ->group(kGroup);
+  app.add_option("--sweep", options.sweep,
+                 "Cut this often, evenly through the part along the plane's normal (default: z), and write a contact "
+                 "sheet")
+      ->check(CLI::Range(1u, kMostPlanes))
+      ->group(kGroup);
+  app.add_option("--show", options.show,
+                 "What the pixels show: occupancy; channel, through a colour map; mix, the materials' mixed colour; "
+                 "halftone, the materials as they print (default: what --channel or --material suggest)")
+      ->check(CLI::IsMember({"occupancy", "channel", "mix", "halftone"}))
+      ->group(kGroup);
+  app.add_option("--colours", options.colours, "The channel's colour map")
+      ->check(CLI::IsMember({"viridis", "cividis", "grey"}))
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--range", options.range,
+                 "MIN,MAX: values of the first and the last colour (default: those in the picture; of a sweep, those "
+                 "of the mesh)")
+      ->group(kGroup);
+  app.add_option("--lines", options.lines, "Draw the outlines of the cut on top, this many pixels wide")
+      ->check(CLI::Range(0.25, 16.0))
+      ->group(kGroup);
+  app.add_flag("--animate", options.animate, "Write the sweep as an animated PNG file, which browsers play")
+      ->group(kGroup);
+  app.add_option("--frame-ms", options.frame_ms, "How long each picture of the animation stands")
+      ->check(CLI::Range(10u, 10'000u))
+      ->capture_default_str()
+      ->group(kGroup);
+}
+
+void add_space_options(CLI::App& app, PictureOptions& options) {
+  constexpr const char* kGroup = "The part in space";
+  app.add_option("--cut", options.cuts,
+                 "AXIS=FRACTION: cut away the viewer's side of a plane across x, y or z, at a fraction of the part's "
+                 "extent from 0 to 1. May be repeated: then only what is on that side of all planes is cut away")
+      ->allow_extra_args(false)
+      ->group(kGroup);
+  app.add_option("--view", options.view,
+                 "AZIMUTH,ELEVATION: where the viewer stands, in degrees from +x towards +y and above the horizon "
+                 "(default: -60,30)")
+      ->group(kGroup);
+  app.add_flag("--cell-regions", options.cell_regions,
+               "Give each cell region a colour instead (--regions-from makes regions)")
+      ->group(kGroup);
+  app.add_flag("--no-legend", options.no_legend,
+               "Leave out what stands below the picture: the bar of colours with numbers, or the names of materials or "
+               "cell regions")
+      ->group(kGroup);
+  constexpr std::uint32_t kCoarsest = 8, kFinest = 600;
+  app.add_option("--voxels", options.voxels, "Voxels along the part's longest side: more give a finer picture")
+      ->check(CLI::Range(kCoarsest, kFinest))
+      ->capture_default_str()
+      ->group(kGroup);
 }
 
 }  // namespace
 
 Command add_picture(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<PictureOptions>();
-  CLI::App* app = parent.add_subcommand("picture", "Write a picture of a part, whole or cut open, as a PNG file");
+  CLI::App* app = parent.add_subcommand(
+      "picture", "Draw a part in space, a cut along any plane, a layer or a sweep: a PNG file, or the terminal");
   add_mesh_options(*app, options->mesh);
   app->add_option("--channel", options->channel,
-                  "Colour by this material channel; with --material the picture shows the halftoned voxels in the "
-                  "materials' colours instead");
-  app->add_flag("--cell-regions", options->cell_regions,
-                "Give each cell region a colour instead (--regions-from makes regions)");
-  app->add_flag(
-      "--no-legend", options->no_legend,
-      "Leave out what stands below the picture: the bar of colours with numbers, or the names of materials or "
-      "cell regions");
-  app->add_option("--cut", options->cuts,
-                  "AXIS=FRACTION: cut away the viewer's side of a plane across x, y or z, at a fraction of the part's "
-                  "extent from 0 to 1. May be repeated: then only what is on that side of all planes is cut away")
-      ->allow_extra_args(false);
-  app->add_option("--view", options->view,
-                  "AZIMUTH,ELEVATION: where the viewer stands, in degrees from +x towards +y and above the horizon "
-                  "(default: -60,30)");
-  constexpr std::uint32_t kNarrowest = 16, kWidest = 4000, kCoarsest = 8, kFinest = 600;
-  app->add_option("--width", options->width, "Width of the picture; the height follows")
-      ->check(CLI::Range(kNarrowest, kWidest))
+                  "Colour by this material channel; with --material the picture shows the voxels in the materials' "
+                  "colours instead");
+  app->add_option("--pixels", options->pixels,
+                  "Pixels along the longer side, or the width of the part in space (in a terminal characters across, "
+                  "by default 78)")
+      ->check(CLI::Range(8u, kMostPicturePixels))
       ->capture_default_str();
-  app->add_option("--voxels", options->voxels, "Voxels along the part's longest side: more give a finer picture")
-      ->check(CLI::Range(kCoarsest, kFinest))
-      ->capture_default_str();
-  app->add_option("-o,--output", options->output, "File to write")->required();
+  app->add_option("-o,--output", options->output, "File to write, NAME.png");
+  app->add_flag("--terminal", options->terminal,
+                "Draw with characters instead: the cut of --plane or --layer, or else one half-way up");
   app->add_flag("--force", options->force, "Replace the file if it is there");
+  add_cut_options(*app, *options);
+  add_space_options(*app, *options);
+  add_grid_options(*app, options->grid);
   add_placement_options(*app, options->placement);
   add_printing_options(*app, options->printing);
   add_server_options(*app, common);
   app->footer(
-      "Example:\n  ccslice picture engine.ccmesh --channel hardness --cut y=0.5 --view -60,30 -o engine.png\n"
-      "  ccslice picture engine.ccmesh --cut y=0.5 --material soft=#ffd700 --material hard=#202080 "
-      "--map blend:hardness:0=soft,1=hard -o halftoned.png");
+      "Examples:\n  ccslice picture engine.ccmesh --channel hardness --cut y=0.5 -o engine.png\n"
+      "  ccslice picture engine.ccmesh --channel hardness --terminal\n"
+      "  ccslice picture engine.ccmesh --plane 0,0,10:1,0,1 --channel hardness --colours cividis -o oblique.png\n"
+      "  ccslice picture engine.ccmesh --sweep 60 --animate --channel hardness -o sweep.png\n"
+      "  ccslice picture engine.ccmesh --layer 300 --printer j750-hq --material soft=#ffd700 --material hard=#202080 "
+      "--map blend:hardness:0=soft,1=hard -o layer.png");
   return {app, [options](Session& session) { run_picture(session, *options); }};
 }
 

@@ -57,7 +57,7 @@ struct SliceOptions {
   std::string layers;
   std::optional<std::string> share;
   std::string contours = "none";
-  bool contours_by_region = false;
+  bool contours_by_cell_region = false;
   unsigned split = 1;
   bool no_contact_sheet = false;
   bool force = false;
@@ -77,9 +77,9 @@ void add_job_options(CLI::App& app, JobOptions& options) {
   app.add_option("--smallest-feature", options.smallest_feature_mm,
                  "Warn where the part is thinner than this, in mm; 0 for no such warning (default: two voxels across)")
       ->group("Grid");
-  app.add_option("--for", options.software,
+  app.add_option("--format", options.software,
                  "Write what this software takes. grabcad: slice_0.png, slice_1.png, ... as GrabCAD Voxel Print takes "
-                 "them, with up to 6 materials; give a --profile too")
+                 "them, with up to 6 materials; give a --printer too")
       ->check(CLI::IsMember({"grabcad"}))
       ->group("Pictures");
 }
@@ -99,8 +99,8 @@ v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {
   if (with_contours) job.mutable_contours()->set_by_cell_region(contours.by_region);
   v1::Tolerances& tolerances = *job.mutable_tolerances();
   if (options.planes.tolerance_mm) tolerances.set_contour_mm(*options.planes.tolerance_mm);
-  if (options.planes.material_tolerance) tolerances.set_channel(*options.planes.material_tolerance);
-  tolerances.set_prove_channels(options.planes.prove_materials);
+  if (options.planes.channel_tolerance) tolerances.set_channel(*options.planes.channel_tolerance);
+  tolerances.set_prove_channels(options.planes.prove_channels);
   return job;
 }
 
@@ -159,9 +159,10 @@ ContourFiles contour_files_of(const SliceOptions& options) {
   const std::map<std::string_view, ContourFormat> formats = {
       {"json", ContourFormat::kJson}, {"csv", ContourFormat::kCsv}, {"svg", ContourFormat::kSvg}};
   if (const auto format = formats.find(options.contours); format != formats.end()) {
-    return {format->second, options.contours_by_region, {}};
+    return {format->second, options.contours_by_cell_region, {}};
   }
-  if (options.contours_by_region) throw UsageError("--contours-by-region goes with --contours json, csv or svg");
+  if (options.contours_by_cell_region)
+    throw UsageError("--contours-by-cell-region goes with --contours json, csv or svg");
   return {};
 }
 
@@ -169,7 +170,7 @@ ContourFiles contour_files_of(const SliceOptions& options) {
 void warn_of_grabcad(const JobOptions& options, const v1::SliceJob& job, const v1::PlanSlicesResponse& plan) {
   if (const std::string unknown = unknown_resins(job.printing()); !unknown.empty()) print_note("warning: " + unknown);
   if (!options.grid.printer.empty()) return;
-  print_note("note: without --profile nothing compares this job with a printer's pitch, tray and materials");
+  print_note("note: without --printer nothing compares this job with a printer's pitch, tray and materials");
   if (plan.layer_count() < kFewestGrabcadLayers) {
     print_note("warning: GrabCAD takes no fewer than " + std::to_string(kFewestGrabcadLayers) +
                " layers, and there are " + std::to_string(plan.layer_count()));
@@ -317,7 +318,7 @@ void run_slice(Session& session, const SliceOptions& options) {
   ContourFiles contours = contour_files_of(options);
   const bool for_grabcad = options.job.software == "grabcad";
   if (for_grabcad && contours.format != ContourFormat::kNone) {
-    throw UsageError("--for grabcad writes pictures only; leave out --contours");
+    throw UsageError("--format grabcad writes pictures only; leave out --contours");
   }
   v1::SliceJob message = job_of(options.job, contours);
   if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
@@ -351,7 +352,7 @@ Command add_plan(CLI::App& parent, CommonOptions& common) {
   add_server_options(*app, common);
   app->footer(
       "Examples:\n  ccslice plan ring.ccmesh --pitch 0.0423,0.0846,0.03\n  ccslice plan part.vtk --dpi 600,300 "
-      "--layer-height 0.027 --rotate x=90\n  ccslice plan part.vtk --pitch 0.05 --region 10,10,0,30,20,4");
+      "--layer-height 0.027 --rotate x=90\n  ccslice plan part.vtk --pitch 0.05 --box 10,10,0,30,20,4");
   return {app, [options](Session& session) { run_plan(session, *options); }};
 }
 
@@ -374,7 +375,7 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
       ->check(CLI::IsMember({"none", "json", "csv", "svg"}))
       ->capture_default_str()
       ->group("Pictures");
-  app->add_flag("--contours-by-region", options->contours_by_region,
+  app->add_flag("--contours-by-cell-region", options->contours_by_cell_region,
                 "Write the outlines of each cell region by itself, interfaces included")
       ->group("Pictures");
   app->add_flag("--no-contact-sheet", options->no_contact_sheet,
@@ -394,7 +395,7 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
       "  ccslice slice part.vtk --grade stiffness=z --dpi 600,300 --layer-height 0.027 "
       "--occupancy --channel stiffness:u16 --layers 100..199 -o graded\n"
       "  ccslice slice part.mesh --pitch 0.1 --rotate x=90 --translate=0,0,5 --contours json -o turned\n"
-      "  ccslice slice part.mesh --pitch 0.05 --region 10,10,0,30,20,4 --row-order descending -o corner\n"
+      "  ccslice slice part.mesh --pitch 0.05 --box 10,10,0,30,20,4 --row-order descending -o corner\n"
       "  ccslice slice part.mesh --pitch 0.1 --share 2/8 --resume -o part-2\n"
       "  ccslice slice part.mesh --pitch 0.1 -o - >layers.tar\n"
       "  ccslice slice body.vtk lid.vtk --at 0,0,0 --at 40,0,0 --pitch 0.1 -o tray");

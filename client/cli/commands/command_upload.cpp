@@ -188,7 +188,7 @@ Command add_convert(CLI::App& parent, CommonOptions& common) {
       "Examples:\n  ccslice convert part.vtk --grade stiffness=z -o graded.ccmesh\n"
       "  ccslice convert part.ovm --sharp-angle 40 --grade skin=distance:90..30:2 -o sharp.json\n"
       "  ccslice convert part.mesh --units in --size z=30 --center --on-bed -o sized.ccmesh\n"
-      "  ccslice convert part.inp --sharp-angle 40 --interpolate=boundary -o fitted.ccmesh\n"
+      "  ccslice convert part.inp --sharp-angle 40 --fit=boundary -o fitted.ccmesh\n"
       "  ccslice convert graded.ccmesh --limit 2 -o limit.vtu\n"
       "  ccslice convert graded.ccmesh --bezier 2 -o bezier.vtu");
   return {app, [options](Session& session) { run_convert(session, *options); }};

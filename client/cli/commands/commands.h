@@ -20,7 +20,7 @@ struct Command {
   std::function<void(Session&)> run;
 };
 
-Command add_profiles(CLI::App& parent, CommonOptions& common);
+Command add_printers(CLI::App& parent, CommonOptions& common);
 Command add_models(CLI::App& parent, CommonOptions& common);
 Command add_info(CLI::App& parent, CommonOptions& common);
 Command add_convert(CLI::App& parent, CommonOptions& common);
@@ -29,9 +29,7 @@ Command add_plan(CLI::App& parent, CommonOptions& common);
 Command add_slice(CLI::App& parent, CommonOptions& common);
 Command add_join(CLI::App& parent, CommonOptions& common);
 Command add_probe(CLI::App& parent, CommonOptions& common);
-Command add_show(CLI::App& parent, CommonOptions& common);
 Command add_picture(CLI::App& parent, CommonOptions& common);
-Command add_preview(CLI::App& parent, CommonOptions& common);
 Command add_view(CLI::App& parent, CommonOptions& common);
 Command add_export(CLI::App& parent, CommonOptions& common);
 Command add_package(CLI::App& parent, CommonOptions& common);

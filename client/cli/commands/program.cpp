@@ -17,7 +17,7 @@ constexpr const char* kFooter =
     "\n"
     "Start here:\n"
     "  ccslice models ring -o ring.ccmesh\n"
-    "  ccslice show ring.ccmesh --channel hardness\n"
+    "  ccslice picture ring.ccmesh --channel hardness --terminal\n"
     "  ccslice slice ring.ccmesh --pitch 0.2 --channel hardness -o ring\n"
     "\n"
     "`ccslice help COMMAND` explains a command.";
@@ -29,11 +29,11 @@ Program::Program() : app("Slices Catmull-Clark solids into voxel layers, through
   app.require_subcommand(1);
   app.footer(kFooter);
   app.formatter(std::make_shared<HelpFormatter>(help_columns()));
-  commands = {add_slice(app, options),   add_join(app, options),    add_plan(app, options),
-              add_show(app, options),    add_picture(app, options), add_probe(app, options),
-              add_info(app, options),    add_upload(app, options),  add_export(app, options),
-              add_package(app, options), add_models(app, options),  add_profiles(app, options),
-              add_convert(app, options), add_preview(app, options), add_view(app, options)};
+  commands = {add_slice(app, options),   add_join(app, options),     add_plan(app, options),
+              add_picture(app, options), add_probe(app, options),    add_info(app, options),
+              add_upload(app, options),  add_export(app, options),   add_package(app, options),
+              add_models(app, options),  add_printers(app, options), add_convert(app, options),
+              add_view(app, options)};
 }
 
 }  // namespace ccslice::cli

@@ -53,7 +53,7 @@ std::string met_note(FittedVertices vertices, const FitReport& report) {
   return note + "; those inside are up to " + show_number(report.inside_mm) + " mm from their limit points";
 }
 
-/// Where the limit swells much depends on the boundary's vertices alone, which --interpolate=boundary meets as well.
+/// Where the limit swells much depends on the boundary's vertices alone, which --fit=boundary meets as well.
 /// Edges that it rounds are refused, or taken knowingly.
 std::string swelling_note(const Swelling& swelling, FittedVertices vertices) {
   const Vec3& at = swelling.place;
@@ -66,7 +66,7 @@ std::string swelling_note(const Swelling& swelling, FittedVertices vertices) {
   return "the limit swells between the vertices by more than a tenth of an edge at " +
          show_count(swelling.much, "face") + " of the boundary, most by " + most +
          ": keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer mesh there" +
-         (vertices == FittedVertices::kAll ? "; --interpolate=boundary swells as much" : "");
+         (vertices == FittedVertices::kAll ? "; --fit=boundary swells as much" : "");
 }
 
 /// The mesh that the limit of a fitted one passes through. Copies of a vertex have one limit point, and where channels
@@ -112,27 +112,27 @@ std::string ringing_note(const ControlMesh& meant, const ChannelRinging& ringing
          show_number(high) + " at vertices, and the limit reaches " + show_number(ringing.value) +
          " between them, in cell " + std::to_string(ringing.cell) + " near " +
          show_place({ringing.place.x(), ringing.place.y(), ringing.place.z()}) +
-         " mm: use a grade that changes over more cells, or a finer mesh there; without --interpolate channels stay "
+         " mm: use a grade that changes over more cells, or a finer mesh there; without --fit channels stay "
          "within the range of their vertices";
 }
 
 }  // namespace
 
-void add_fit_option(CLI::App& command, std::string& interpolate) {
+void add_fit_option(CLI::App& command, std::string& fit) {
   command
-      .add_flag("--interpolate{all}", interpolate,
+      .add_flag("--fit{all}", fit,
                 "Place the control points so that the limit passes through the mesh's own vertices, in position and in "
                 "materials: for meshes of a part, as from CAD and finite elements, not for meshes designed as control "
                 "meshes. Vertices inside may be missed so that nothing folds. Refused if the boundary folds all the "
-                "same; --interpolate=boundary keeps such places back")
+                "same; --fit=boundary keeps such places back")
       ->group("Mesh");
 }
 
-std::optional<FittedVertices> parse_fit(const std::string& interpolate) {
-  if (interpolate.empty()) return std::nullopt;
-  if (interpolate == "all") return FittedVertices::kAll;
-  if (interpolate == "boundary") return FittedVertices::kBoundary;
-  throw UsageError("--interpolate takes nothing, or =boundary, not '" + interpolate + "'");
+std::optional<FittedVertices> parse_fit(const std::string& fit) {
+  if (fit.empty()) return std::nullopt;
+  if (fit == "all") return FittedVertices::kAll;
+  if (fit == "boundary") return FittedVertices::kBoundary;
+  throw UsageError("--fit takes nothing, or =boundary, not '" + fit + "'");
 }
 
 FittedMesh::FittedMesh(const ControlMesh& mesh, FittedVertices vertices, bool quiet)

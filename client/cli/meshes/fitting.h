@@ -16,11 +16,11 @@
 
 namespace ccslice::cli {
 
-/// Adds --interpolate.
-void add_fit_option(CLI::App& command, std::string& interpolate);
+/// Adds --fit.
+void add_fit_option(CLI::App& command, std::string& fit);
 
 /// "", "all" or "boundary". Throws UsageError.
-std::optional<FittedVertices> parse_fit(const std::string& interpolate);
+std::optional<FittedVertices> parse_fit(const std::string& fit);
 
 /// A mesh whose control points are fitted, together with the mesh that its limit passes through, while both are
 /// changed: what has to do with the part, such as grades, is done to the latter.

@@ -78,24 +78,24 @@ void add_meaning_options(CLI::App& command, MeaningOptions& options) {
           "volume would get far worse")
       ->group("Mesh");
   add_sharp_options(command, options.sharp);
-  add_fit_option(command, options.interpolate);
+  add_fit_option(command, options.fit);
   command
       .add_flag("--smooth", options.smooth,
-                "With --interpolate: take a fit that rounds edges that turn by 75 degrees or more, which is refused "
+                "With --fit: take a fit that rounds edges that turn by 75 degrees or more, which is refused "
                 "otherwise")
       ->group("Mesh");
 }
 
 std::optional<FittedVertices> parse_meaning(const MeaningOptions& options) {
-  const bool by_hand = options.sharp.any() || !options.interpolate.empty();
+  const bool by_hand = options.sharp.any() || !options.fit.empty();
   if (options.as_meshed && (options.part || by_hand)) {
-    throw UsageError("--as-meshed takes the mesh as it is: leave out --part, --sharp-... and --interpolate");
+    throw UsageError("--as-meshed takes the mesh as it is: leave out --part, --sharp-... and --fit");
   }
   if (options.part && by_hand) {
-    throw UsageError("--part says what --sharp-... and --interpolate say: give it alone, or these");
+    throw UsageError("--part says what --sharp-... and --fit say: give it alone, or these");
   }
-  if (options.smooth && options.interpolate.empty()) throw UsageError("--smooth goes with --interpolate");
-  return parse_fit(options.interpolate);
+  if (options.smooth && options.fit.empty()) throw UsageError("--smooth goes with --fit");
+  return parse_fit(options.fit);
 }
 
 void take_as(bool as_meshed, ControlMesh& mesh, std::vector<std::string>& notes) {

@@ -24,10 +24,10 @@ struct MeaningOptions {
   bool part = false;
   bool smooth = false;  // Fitting may round edges.
   SharpOptions sharp = {};
-  std::string interpolate = {};  // "", "all" or "boundary".
-  double voxel_mm = 0.1;         // The smallest side of the voxels that are asked for, or a usual one.
+  std::string fit = {};   // "", "all" or "boundary".
+  double voxel_mm = 0.1;  // The smallest side of the voxels that are asked for, or a usual one.
 
-  bool any() const { return as_meshed || part || smooth || sharp.any() || !interpolate.empty(); }
+  bool any() const { return as_meshed || part || smooth || sharp.any() || !fit.empty(); }
 };
 
 void add_meaning_options(CLI::App& command, MeaningOptions& options);

@@ -273,7 +273,7 @@ const char* remedy_of(const Error& error, const MeshOptions& options) {
   if (code == ErrorCode::kMeshBadCellRegion) return options.regions_from.empty() ? "" : " (--regions-from)";
   if (code == ErrorCode::kMeshInvertedCell) return " (--allow-folds)";
   if (code == ErrorCode::kMeshNotInterpolable) {
-    return options.meaning.interpolate == "boundary" ? "" : " (--interpolate=boundary)";
+    return options.meaning.fit == "boundary" ? "" : " (--fit=boundary)";
   }
   if (code != ErrorCode::kMeshCoordinateOutOfRange) return "";
   return " (--units says what unit the file is in, --size what size the part becomes; --center and --on-bed move it to "
@@ -296,8 +296,8 @@ bool changes_mesh(const MeshOptions& options, const Changes& changes) {
 void refuse_sharp_meshes(const MeshOptions& options, const ControlMesh& mesh) {
   const bool may_be_meshed = options.meaning.as_meshed || options.meaning.part || mesh.as_meshed;
   if (may_be_meshed && mesh.interpolating) refuse_second_fit(options);
-  if (mesh.as_meshed && (options.meaning.sharp.any() || !options.meaning.interpolate.empty())) {
-    throw UsageError(options.mesh + " is taken as meshed: leave out --sharp-... and --interpolate");
+  if (mesh.as_meshed && (options.meaning.sharp.any() || !options.meaning.fit.empty())) {
+    throw UsageError(options.mesh + " is taken as meshed: leave out --sharp-... and --fit");
   }
   if (!may_be_meshed || (mesh.sharp_edges.empty() && mesh.sharp_vertices.empty())) return;
   throw UsageError(options.mesh +
@@ -454,7 +454,7 @@ bool names_mesh_id(const MeshOptions& options) {
       !options.regions_from.empty() || !options.cell_data.empty() || options.merge.any()) {
     throw UsageError(
         "--units, --size, --center, --on-bed, --grade, --merge-points, --no-merge, --no-split, --as-meshed, --part, "
-        "--sharp-..., --interpolate, --smooth, --regions-from, --cell-data and --allow-folds change a mesh file; " +
+        "--sharp-..., --fit, --smooth, --regions-from, --cell-data and --allow-folds change a mesh file; " +
         options.mesh + " is on the server already");
   }
   return true;

@@ -153,7 +153,7 @@ void parse_pitch(const GridOptions& options, v1::VoxelPitch& pitch) {
     return;
   }
   if (options.dpi.empty() || options.layer_height_mm == 0) {
-    throw UsageError("give a pitch: --profile NAME, --pitch X,Y,Z in mm, or --dpi X,Y with --layer-height in mm");
+    throw UsageError("give a pitch: --printer NAME, --pitch X,Y,Z in mm, or --dpi X,Y with --layer-height in mm");
   }
   const std::vector<double> dpi = parse_numbers("--dpi", options.dpi, 1, 2);
   for (const double value : dpi) {
@@ -168,9 +168,9 @@ void parse_pitch(const GridOptions& options, v1::VoxelPitch& pitch) {
 
 void add_grid_options(CLI::App& command, GridOptions& options) {
   command
-      .add_option("--profile", options.printer,
+      .add_option("--printer", options.printer,
                   "Take the pitch of this printer, unless another one is given, and warn of what the printer can't "
-                  "take. `ccslice profiles` lists them")
+                  "take. `ccslice printers` lists them")
       ->group("Grid");
   CLI::Option* pitch =
       command.add_option("--pitch", options.pitch, "Voxel pitch in mm: X,Y,Z or one number for all")->group("Grid");
@@ -187,14 +187,14 @@ void add_grid_options(CLI::App& command, GridOptions& options) {
                   "Size of the grid: COLUMNS,ROWS,LAYERS (default: as many as the part needs)")
       ->group("Grid");
   CLI::Option* region = command
-                            .add_option("--region", options.region,
+                            .add_option("--box", options.region,
                                         "Slice only this box of the grid: X0,Y0,Z0,X1,Y1,Z1, its lower and upper "
                                         "corner in mm of the printer's frame. Its voxels are those whose centres are "
                                         "in it, with the same values as in the whole job. Layers keep their numbers")
                             ->group("Grid");
   command
       .add_option(
-          "--region-voxels", options.region_voxels,
+          "--box-voxels", options.region_voxels,
           "The same in voxels: COLUMN,ROW,LAYER of the box's first voxel, counted from 0, and its COLUMNS,ROWS,LAYERS")
       ->group("Grid")
       ->excludes(region);
@@ -204,7 +204,7 @@ void add_layout_options(CLI::App& command, LayoutOptions& options) {
   command
       .add_option("--row-order", options.row_order,
                   "Which row of a picture is on top: ascending puts the lowest y there; descending puts the highest, "
-                  "as the layer is seen from above (default: ascending, and descending --for grabcad)")
+                  "as the layer is seen from above (default: ascending, and descending with --format grabcad)")
       ->check(CLI::IsMember({"ascending", "descending"}))
       ->group("Pictures");
   command
@@ -249,22 +249,19 @@ void add_plane_options(CLI::App& command, PlaneOptions& options) {
       ->capture_default_str()
       ->group("Pictures");
   command
-      .add_option("--tolerance", options.tolerance_mm, "Largest distance from contour to surface in mm (default 0.001)")
+      .add_option("--contour-tolerance", options.tolerance_mm,
+                  "Largest distance from contour to surface in mm (default 0.001)")
       ->group("Pictures");
-  add_material_tolerance_option(command, options.material_tolerance);
-  command
-      .add_flag("--prove-materials", options.prove_materials,
-                "Interpolate only where polynomials' errors are proved to be within --material-tolerance, not where "
-                "samples say so, and invert all other voxels; materials take 1 to 6 times as long")
-      ->group("Pictures");
-}
-
-void add_material_tolerance_option(CLI::App& command, std::optional<double>& tolerance) {
   command
       .add_option(
-          "--material-tolerance", tolerance,
+          "--channel-tolerance", options.channel_tolerance,
           "How far a voxel's value may be from exact inversion, as a share of the picture's value range, 0 to 1; "
           "0 inverts every voxel (default 1/1024 for u8 and for materials, 1/65536 for u16 and f32)")
+      ->group("Pictures");
+  command
+      .add_flag("--prove-channels", options.prove_channels,
+                "Interpolate only where polynomials' errors are proved to be within --channel-tolerance, not where "
+                "samples say so, and invert all other voxels; materials take 1 to 6 times as long")
       ->group("Pictures");
 }
 
@@ -291,7 +288,7 @@ v1::GridSpec parse_grid(const GridOptions& options) {
 std::optional<v1::Region> parse_region(const GridOptions& options) {
   v1::Region region;
   if (!options.region.empty()) {
-    const std::vector<double> box = parse_numbers("--region", options.region, 6, 6);
+    const std::vector<double> box = parse_numbers("--box", options.region, 6, 6);
     for (const auto& [corner, first] : {std::pair{region.mutable_box_mm()->mutable_min_mm(), std::size_t{0}},
                                         std::pair{region.mutable_box_mm()->mutable_max_mm(), std::size_t{3}}}) {
       corner->set_x(box[first]);
@@ -302,7 +299,7 @@ std::optional<v1::Region> parse_region(const GridOptions& options) {
   }
   if (options.region_voxels.empty()) return std::nullopt;
   const std::vector<std::uint32_t> voxels =
-      parse_counts("--region-voxels", options.region_voxels, "column,row,layer,columns,rows,layers");
+      parse_counts("--box-voxels", options.region_voxels, "column,row,layer,columns,rows,layers");
   region.mutable_voxels()->set_first_column(voxels[0]);
   region.mutable_voxels()->set_first_row(voxels[1]);
   region.mutable_voxels()->set_first_layer(voxels[2]);

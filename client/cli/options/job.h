@@ -41,14 +41,13 @@ struct PlaneOptions {
   std::string encoding = "auto";
   std::string outside = {};  // A sample, or "alpha".
   std::optional<double> tolerance_mm = std::nullopt;
-  std::optional<double> material_tolerance = std::nullopt;
-  bool prove_materials = false;
+  std::optional<double> channel_tolerance = std::nullopt;
+  bool prove_channels = false;
 };
 
 void add_grid_options(CLI::App& command, GridOptions& options);
 void add_layout_options(CLI::App& command, LayoutOptions& options);
 void add_plane_options(CLI::App& command, PlaneOptions& options);
-void add_material_tolerance_option(CLI::App& command, std::optional<double>& tolerance);
 
 // All throw UsageError.
 

@@ -95,20 +95,20 @@ void parse_blend(const std::string& text, v1::BlendMap& map) {
   }
 }
 
-void parse_curve(const std::string& text, v1::CurveMap& map) {
+void parse_calibration(const std::string& text, v1::CalibrationMap& map) {
   const auto [channel, rest] = split_off_channel(text, 2);
   const std::vector<std::string> parts = split(rest, ':');
   if (channel.empty() || parts.size() != 2) {
-    throw UsageError("--map curve takes CHANNEL:MATERIAL/BASE:PROPERTY=FRACTION,..., not '" + text + "'");
+    throw UsageError("--map calibration takes CHANNEL:MATERIAL/BASE:PROPERTY=FRACTION,..., not '" + text + "'");
   }
   map.set_channel(channel);
   const std::vector<std::string> names = split(parts[0], '/');
-  if (names.size() != 2) throw UsageError("--map curve takes MATERIAL/BASE, not '" + parts[0] + "'");
+  if (names.size() != 2) throw UsageError("--map calibration takes MATERIAL/BASE, not '" + parts[0] + "'");
   map.set_material(names[0]);
   map.set_base(names[1]);
   for (const std::string& pair : split(parts[1], ',')) {
-    const auto [property, fraction] = parse_pair("--map curve takes PROPERTY=FRACTION", pair);
-    v1::CurvePoint& point = *map.add_points();
+    const auto [property, fraction] = parse_pair("--map calibration takes PROPERTY=FRACTION", pair);
+    v1::CalibrationPoint& point = *map.add_points();
     point.set_property(parse_number("--map", property));
     point.set_fraction(parse_number("--map", fraction));
   }
@@ -158,15 +158,16 @@ v1::MaterialMap parse_map(const std::string& text) {
     parse_direct(rest, *map.mutable_direct());
   } else if (kind == "blend" && !rest.empty()) {
     parse_blend(rest, *map.mutable_blend());
-  } else if (kind == "curve" && !rest.empty()) {
-    parse_curve(rest, *map.mutable_curve());
+  } else if (kind == "calibration" && !rest.empty()) {
+    parse_calibration(rest, *map.mutable_calibration());
   } else if (kind == "colour" && !rest.empty()) {
     parse_colour_map(rest, *map.mutable_colour());
   } else if (kind == "material" && !rest.empty()) {
     map.set_material(rest);
   } else {
     throw UsageError(
-        "--map takes direct:..., blend:..., curve:..., colour:..., material:... or region:..., as in its help, not '" +
+        "--map takes direct:..., blend:..., calibration:..., colour:..., material:... or region:..., as in its help, "
+        "not '" +
         text + "'");
   }
   return map;
@@ -183,7 +184,7 @@ void add_region_map(const std::string& region, v1::MaterialMap map, v1::Printing
 bool goes_on(std::string_view map, std::string_view piece) {
   if (map.find(':') == std::string_view::npos) return false;  // A material.
   const std::size_t equals = piece.find('=');
-  return equals == std::string_view::npos || map.starts_with("direct:") || map.starts_with("curve:") ||
+  return equals == std::string_view::npos || map.starts_with("direct:") || map.starts_with("calibration:") ||
          (map.starts_with("blend:") && is_number(piece.substr(0, equals)));
 }
 
@@ -243,7 +244,7 @@ void set_strict(v1::Printing& printing) {
 
 v1::HalftoneMethod method_of(const std::string& name) {
   if (name == "error-diffusion") return v1::HALFTONE_METHOD_ERROR_DIFFUSION;
-  if (name == "nearest") return v1::HALFTONE_METHOD_NEAREST;
+  if (name == "largest-fraction") return v1::HALFTONE_METHOD_LARGEST_FRACTION;
   if (name == "white-noise") return v1::HALFTONE_METHOD_WHITE_NOISE;
   return v1::HALFTONE_METHOD_BLUE_NOISE;
 }
@@ -262,17 +263,18 @@ void add_printing_options(CLI::App& command, PrintingOptions& options) {
           ->allow_extra_args(false)
           ->group("Materials");
   command
-      .add_option("--map", options.maps,
-                  "How channels mix them: blend:CHANNEL:0=soft,0.5=mid,1=hard; direct:CH1=soft,CH2=hard,rest=clear; "
-                  "curve:CHANNEL:hard/soft:PROPERTY=FRACTION,...; colour:R,G,B[:255]; or none: material:hard. Names of "
-                  "channels may hold colons; between quotation marks, as in blend:\"S:1\":..., anything. May be "
-                  "repeated for cell regions: region:core=blend:...,shell=soft; a map after direct or curve needs a "
-                  "--map of its own")
+      .add_option(
+          "--map", options.maps,
+          "How channels mix them: blend:CHANNEL:0=soft,0.5=mid,1=hard; direct:CH1=soft,CH2=hard,rest=clear; "
+          "calibration:CHANNEL:hard/soft:PROPERTY=FRACTION,...; colour:R,G,B[:255]; or none: material:hard. Names of "
+          "channels may hold colons; between quotation marks, as in blend:\"S:1\":..., anything. May be "
+          "repeated for cell regions: region:core=blend:...,shell=soft; a map after direct or calibration needs a "
+          "--map of its own")
       ->allow_extra_args(false)
       ->needs(material)
       ->group("Materials");
   command.add_option("--halftone", options.halftone, "How one material is chosen for each voxel")
-      ->check(CLI::IsMember({"blue-noise", "error-diffusion", "nearest", "white-noise"}))
+      ->check(CLI::IsMember({"blue-noise", "error-diffusion", "largest-fraction", "white-noise"}))
       ->capture_default_str()
       ->group("Materials");
   command.add_option("--seed", options.seed, "Choose another pattern of the same fractions")
@@ -296,7 +298,7 @@ std::optional<v1::Printing> parse_printing(const PrintingOptions& options) {
       continue;
     }
     const auto [name, colour] =
-        parse_pair("--material takes NAME=#RRGGBB, or the name of a resin that `ccslice profiles` lists", text);
+        parse_pair("--material takes NAME=#RRGGBB, or the name of a resin that `ccslice printers` lists", text);
     material.set_name(name);
     material.set_rgba(parse_colour("--material", colour));
   }

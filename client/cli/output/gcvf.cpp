@@ -40,7 +40,7 @@ long dots_an_inch(const LayerStack& stack, std::size_t axis) {
   const double whole = std::round(dots);
   if (whole < 1 || std::abs(dots - whole) > kMostOff * whole) {
     refuse("says its pitch in whole dots an inch, and " + shortest(stack.pitch_mm()[axis]) + " mm along " + "xy"[axis] +
-           " is " + shortest(dots) + " of them; slice with --dpi or --profile");
+           " is " + shortest(dots) + " of them; slice with --dpi or --printer");
   }
   return std::lround(whole);
 }

@@ -14,7 +14,7 @@ namespace ccslice::cli {
 namespace {
 
 void refuse(const std::string& option, const std::string& instead) {
-  throw UsageError("--for grabcad writes one picture of materials for each layer; leave out " + option + instead);
+  throw UsageError("--format grabcad writes one picture of materials for each layer; leave out " + option + instead);
 }
 
 }  // namespace
@@ -33,7 +33,7 @@ void fit_to_grabcad(LayoutOptions& layout, PlaneOptions& planes) {
 void require_grabcad_materials(const v1::Printing* printing) {
   if (printing == nullptr) {
     throw UsageError(
-        "--for grabcad prints materials: name them with --material NAME=#RRGGBB, or with --material NAME "
+        "--format grabcad prints materials: name them with --material NAME=#RRGGBB, or with --material NAME "
         "for one of " +
         resin_names());
   }

@@ -296,7 +296,7 @@ void require_three_mf_stack(const LayerStack& stack) {
   if (stack.is_region()) {
     throw Error(ErrorCode::kFileUnsupported,
                 "a .3mf file holds the whole boundary, and these layers are a part of the grid; slice without "
-                "--region, --region-voxels and --layers");
+                "--box, --box-voxels and --layers");
   }
   if (!ratio_planes(stack).empty()) return;
   throw Error(ErrorCode::kFileUnsupported,

@@ -26,11 +26,11 @@ from .mesh import Mesh
 from .parts import Part
 from .points import Evaluation, Probe
 from .preview import Plane, Preview
-from .printing import Printing, blend, curve, direct
+from .printing import Printing, blend, calibration, direct
 from .surface import Surface
 
 __version__ = "0.1.0"
 __all__ = [
     "AnswerError", "CallError", "Client", "Error", "Evaluation", "Layer", "LocalServerError", "Mesh", "Part",
-    "Plane", "Preview", "Printing", "Probe", "Surface", "blend", "curve", "direct"
+    "Plane", "Preview", "Printing", "Probe", "Surface", "blend", "calibration", "direct"
 ]

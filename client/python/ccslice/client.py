@@ -234,18 +234,18 @@ class Client:
         """The layers, one after the other, as they come.
 
         mesh: a Mesh, or the id of an uploaded one; or a list of Parts.
-        pitch: of voxels in mm, three numbers or one for all; default: the profile's.
+        pitch: of voxels in mm, three numbers or one for all; default: the printer's.
         layers: a range of them, counted in the grid, such as range(0, 10) for the first ten; default: all.
         channels: names, as float32; or {name: "uint8", "uint16" or "float32"}, integers over the channel's range.
         value_ranges: {channel: (low, high)} that integers stand for instead.
         outside: what channels hold outside the part, an integer as it is stored or a float; default: 0.
         occupancy: whether to say which voxels are inside; default: if nothing else is asked for.
         printing: a Printing, for one material in each voxel. cell_regions: whether to say the cell region of each.
-        contours: whether layers have their outlines. contours_by_region: those of each cell region instead.
-        profile: a printer's name. origin_mm, extent: of the grid.
+        contours: whether layers have their outlines. contours_by_cell_region: those of each cell region instead.
+        printer: a printer's name. origin_mm, extent: of the grid.
         placement: (3, 4) or (4, 4) matrix, row by row; Parts have their own.
-        region_mm: ((x, y, z), (x, y, z)), only this box of it.
-        tolerance_mm, material_tolerance, prove_materials: as the command line has them.
+        box_mm: ((x, y, z), (x, y, z)), only this box of it.
+        contour_tolerance_mm, channel_tolerance, prove_channels: as the command line has them.
         on_progress: called with the number of layers done and of all.
 
         Raises ValueError for arguments that don't fit, when the first layer is asked for.
@@ -259,7 +259,7 @@ class Client:
         yield from self._slice_from(described, plan, layers, on_progress)
 
     def probe(self, mesh: Union[Mesh, str], points_mm: Any, *, placement: Any = None,
-              tolerance_mm: Optional[float] = None) -> Probe:
+              contour_tolerance_mm: Optional[float] = None) -> Probe:
         """What is at points (n, 3), in the placed part's frame."""
         points = _points("points_mm", points_mm)
         mesh_id = self._mesh_id(mesh)
@@ -268,8 +268,8 @@ class Client:
         def request(part: np.ndarray) -> points_pb2.ProbePointsRequest:
             message = points_pb2.ProbePointsRequest(mesh_id=mesh_id, points_mm=part.ravel().tolist())
             _place(message, placement)
-            if tolerance_mm is not None:
-                message.contour_tolerance_mm = tolerance_mm
+            if contour_tolerance_mm is not None:
+                message.contour_tolerance_mm = contour_tolerance_mm
             return message
 
         answers = self._in_batches(self._stub.ProbePoints, mesh_id, points, request, len(names))
@@ -480,18 +480,18 @@ class Client:
     def _job(self, mesh: Meshes, pitch: Optional[Pitch], *, channels: Channels = (),
              value_ranges: Optional[Mapping[str, Tuple[float, float]]] = None, occupancy: Optional[bool] = None,
              printing: Optional[Printing] = None, cell_regions: bool = False, contours: bool = False,
-             contours_by_region: bool = False, profile: Optional[str] = None, placement: Any = None,
-             origin_mm: Any = None, extent: Any = None, region_mm: Any = None, tolerance_mm: Optional[float] = None,
-             material_tolerance: Optional[float] = None, prove_materials: bool = False,
+             contours_by_cell_region: bool = False, printer: Optional[str] = None, placement: Any = None,
+             origin_mm: Any = None, extent: Any = None, box_mm: Any = None, contour_tolerance_mm: Optional[float] = None,
+             channel_tolerance: Optional[float] = None, prove_channels: bool = False,
              outside: Optional[float] = None) -> job_pb2.SliceJob:
         job = job_pb2.SliceJob()
         if pitch is not None:
             size = job.grid.pitch
             size.x_mm, size.y_mm, size.z_mm = _triple("pitch", pitch)
-        elif profile is None:
-            raise ValueError("give a pitch in mm, or the profile of a printer")
-        if profile is not None:
-            job.printer.name = profile
+        elif printer is None:
+            raise ValueError("give a pitch in mm, or a printer's name")
+        if printer is not None:
+            job.printer.name = printer
             job.grid.SetInParent()
         if origin_mm is not None:
             origin = job.grid.origin_mm
@@ -499,12 +499,12 @@ class Client:
         if extent is not None:
             size = job.grid.extent
             size.columns, size.rows, size.layers = _counts("extent", extent)
-        if region_mm is not None:
-            low, high = pair("region_mm", region_mm, "two corners, ((x, y, z), (x, y, z))")
+        if box_mm is not None:
+            low, high = pair("box_mm", box_mm, "two corners, ((x, y, z), (x, y, z))")
             for corner, values in ((job.region.box_mm.min_mm, low), (job.region.box_mm.max_mm, high)):
-                corner.x, corner.y, corner.z = _triple("region_mm", values)
-        if contours or contours_by_region:
-            job.contours.by_cell_region = contours_by_region
+                corner.x, corner.y, corner.z = _triple("box_mm", values)
+        if contours or contours_by_cell_region:
+            job.contours.by_cell_region = contours_by_cell_region
         self._add_planes(job, channels, value_ranges or {}, occupancy, printing, cell_regions)
         if outside is not None:
             if not any(plane.WhichOneof("content") == "channel" for plane in job.planes):
@@ -512,11 +512,11 @@ class Client:
             for plane in job.planes:
                 if plane.WhichOneof("content") == "channel":
                     plane.outside_sample = outside
-        if tolerance_mm is not None:
-            job.tolerances.contour_mm = tolerance_mm
-        if material_tolerance is not None:
-            job.tolerances.channel = material_tolerance
-        job.tolerances.prove_channels = prove_materials
+        if contour_tolerance_mm is not None:
+            job.tolerances.contour_mm = contour_tolerance_mm
+        if channel_tolerance is not None:
+            job.tolerances.channel = channel_tolerance
+        job.tolerances.prove_channels = prove_channels
         self._add_parts(job, mesh, placement)
         return job
 

@@ -11,7 +11,7 @@ from .v1 import material_pb2
 _METHODS = {
     "blue-noise": material_pb2.HALFTONE_METHOD_BLUE_NOISE,
     "error-diffusion": material_pb2.HALFTONE_METHOD_ERROR_DIFFUSION,
-    "nearest": material_pb2.HALFTONE_METHOD_NEAREST,
+    "largest-fraction": material_pb2.HALFTONE_METHOD_LARGEST_FRACTION,
     "white-noise": material_pb2.HALFTONE_METHOD_WHITE_NOISE,
 }
 
@@ -36,12 +36,12 @@ def direct(shares: Mapping[str, str], rest: str = "") -> material_pb2.MaterialMa
     return result
 
 
-def curve(channel: str, material: str, base: str, points: Mapping[float, float]) -> material_pb2.MaterialMap:
+def calibration(channel: str, material: str, base: str, points: Mapping[float, float]) -> material_pb2.MaterialMap:
     """points: {value of the channel: fraction of the material}; the base gets the rest."""
     result = material_pb2.MaterialMap()
-    result.curve.channel, result.curve.material, result.curve.base = channel, material, base
+    result.calibration.channel, result.calibration.material, result.calibration.base = channel, material, base
     for value in sorted(points):
-        result.curve.points.add(property=value, fraction=points[value])
+        result.calibration.points.add(property=value, fraction=points[value])
     return result
 
 
@@ -72,8 +72,8 @@ class Printing:
     """What a printer holds, and which material goes where.
 
     materials: {name: colour}, up to 8; material i of them is number i + 1 in layers, 0 is outside.
-    map: blend(), direct(), curve(), or the name of one material. region_maps: {cell region: the same}, which wins there.
-    halftone: "blue-noise", "error-diffusion", "nearest" or "white-noise". seed: another pattern of the same fractions.
+    map: blend(), direct(), calibration(), or the name of one material. region_maps: {cell region: the same}, which wins there.
+    halftone: "blue-noise", "error-diffusion", "largest-fraction" or "white-noise". seed: another pattern of the same fractions.
     strict: whether values that give no fractions are refused instead of clamped.
     """
 

@@ -255,7 +255,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     for (const PlaneSpec& plane : job.planes) {
       *header_.add_planes() = to_message(plane, parts_.front().solid->summary(), job.printing);
     }
-    if (shows_cell_regions(job) || job.contours_by_region) {
+    if (shows_cell_regions(job) || job.contours_by_cell_region) {
       for (const std::string& name : cell_region_names(parts_)) header_.add_cell_region_names(name);
     }
     if (job.printing) *header_.mutable_printing() = printing_with_defaults(request_.job(), parts_);

@@ -28,15 +28,15 @@ class MapReader {
     switch (message.kind_case()) {
       case v1::MaterialMap::kDirect: map.kind = read(message.direct()); return map;
       case v1::MaterialMap::kBlend: map.kind = read(message.blend()); return map;
-      case v1::MaterialMap::kCurve: map.kind = read(message.curve()); return map;
+      case v1::MaterialMap::kCalibration: map.kind = read(message.calibration()); return map;
       case v1::MaterialMap::kColour: map.kind = read(message.colour()); return map;
       case v1::MaterialMap::kMaterial:
         map.kind = PureMap{to_material(message.material(), printing_, path_ + ".material")};
         return map;
       case v1::MaterialMap::KIND_NOT_SET: break;
     }
-    throw Error(ErrorCode::kMaterialMapInvalid, path_ + ": has no kind; give direct, blend, curve, colour or material",
-                path_);
+    throw Error(ErrorCode::kMaterialMapInvalid,
+                path_ + ": has no kind; give direct, blend, calibration, colour or material", path_);
   }
 
  private:
@@ -64,13 +64,14 @@ class MapReader {
     return map;
   }
 
-  CurveMap read(const v1::CurveMap& message) const {
-    const std::string path = path_ + ".curve";
-    CurveMap map;
+  CalibrationMap read(const v1::CalibrationMap& message) const {
+    const std::string path = path_ + ".calibration";
+    CalibrationMap map;
     map.channel = to_channel(message.channel(), solid_, path + ".channel");
     map.material = to_material(message.material(), printing_, path + ".material");
     map.base = to_material(message.base(), printing_, path + ".base");
-    for (const v1::CurvePoint& point : message.points()) map.points.push_back({point.property(), point.fraction()});
+    for (const v1::CalibrationPoint& point : message.points())
+      map.points.push_back({point.property(), point.fraction()});
     return map;
   }
 
@@ -135,13 +136,13 @@ class MapWriter {
     }
   }
 
-  void operator()(const CurveMap& map) const {
-    v1::CurveMap& curve = *message_.mutable_curve();
-    curve.set_channel(channel(map.channel));
-    curve.set_material(material(map.material));
-    curve.set_base(material(map.base));
-    for (const CurveMap::Point& point : map.points) {
-      v1::CurvePoint& written = *curve.add_points();
+  void operator()(const CalibrationMap& map) const {
+    v1::CalibrationMap& calibration = *message_.mutable_calibration();
+    calibration.set_channel(channel(map.channel));
+    calibration.set_material(material(map.material));
+    calibration.set_base(material(map.base));
+    for (const CalibrationMap::Point& point : map.points) {
+      v1::CalibrationPoint& written = *calibration.add_points();
       written.set_property(point.property);
       written.set_fraction(point.fraction);
     }

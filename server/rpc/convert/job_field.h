@@ -26,8 +26,8 @@ inline std::string path_of_field(const std::string& job_path, const std::string&
   using Row =
       std::pair<std::string_view, std::string_view>;  // Names of the core and of the contract, where they differ.
   constexpr std::array<Row, 3> kMoved = {{{"contour_tolerance_mm", "tolerances.contour_mm"},
-                                          {"material_tolerance", "tolerances.channel"},
-                                          {"contours_by_region", "contours.by_cell_region"}}};
+                                          {"channel_tolerance", "tolerances.channel"},
+                                          {"contours_by_cell_region", "contours.by_cell_region"}}};
   if (field.starts_with("content")) return field;
   const std::size_t end = std::min(field.find('.'), field.size());
   const auto* const row = std::ranges::find(kMoved, std::string_view(field).substr(0, end), &Row::first);

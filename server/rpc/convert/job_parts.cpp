@@ -129,7 +129,7 @@ void require_region_numbers(const PlacedParts& parts) {
   const std::size_t count = cell_region_names(parts).size();
   const SliceJob& job = parts.front().job;
   constexpr std::size_t kMost = 255;
-  if (count > kMost && (job.contours_by_region || shows_cell_regions(job))) {
+  if (count > kMost && (job.contours_by_cell_region || shows_cell_regions(job))) {
     throw Error(ErrorCode::kTooManyParts,
                 "parts: their meshes have cell regions of " + std::to_string(count) + " names, more than " +
                     std::to_string(kMost) + "; slice some of them in a job of their own",
@@ -174,11 +174,11 @@ SliceJob job_of_part(const v1::SliceJob& message, int part, const LimitSolid& so
   job.planes = to_planes(planes, solid.summary(), job.printing);
   job.order = to_order(message.layout());
   job.contours = message.has_contours();
-  job.contours_by_region = message.contours().by_cell_region();
+  job.contours_by_cell_region = message.contours().by_cell_region();
   const v1::Tolerances& tolerances = message.tolerances();
   if (tolerances.has_contour_mm()) job.contour_tolerance_mm = tolerances.contour_mm();
-  if (tolerances.has_channel()) job.material_tolerance = tolerances.channel();
-  job.prove_materials = tolerances.prove_channels();
+  if (tolerances.has_channel()) job.channel_tolerance = tolerances.channel();
+  job.prove_channels = tolerances.prove_channels();
   job.refuses_overlaps = message.overlaps() == v1::PART_OVERLAPS_REFUSE;
   return job;
 }

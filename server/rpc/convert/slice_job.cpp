@@ -323,7 +323,7 @@ void look_for_overlaps(const PlacedParts& parts, const CancellationToken& cancel
         part.job.planes.clear();
         part.job.printing.reset();
         part.job.region = look;
-        part.job.contours = part.job.contours_by_region = false;
+        part.job.contours = part.job.contours_by_cell_region = false;
         part.job.refuses_overlaps = true;
       }
       try {

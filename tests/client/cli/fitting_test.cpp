@@ -83,7 +83,7 @@ TEST_F(FittedFile, PassesThroughItsVerticesAtItsSize) {
                                       "face of vertices [0-9]+, [0-9]+, [0-9]+, [0-9]+, by 0\\.[0-9]+ of an "
                                       "edge, near \\("),
                         EndsWith("keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer "
-                                 "mesh there; --interpolate=boundary swells as much"))))
+                                 "mesh there; --fit=boundary swells as much"))))
       << "and nothing of edges that --smooth lets it round";
   const LoadedMesh boundary = load_mesh({.mesh = path, .meaning = {.smooth = true, .interpolate = "boundary"}});
   EXPECT_THAT(boundary.warnings, Contains(EndsWith("or use a finer mesh there"))) << "as whoever gave it knows";
@@ -249,17 +249,17 @@ TEST_F(FittedFile, SaysWhichChannelsRingAndWhere) {
 
 TEST_F(FittedFile, MistakesTeach) {
   EXPECT_EQ(error_of({.mesh = "x", .meaning = {.smooth = true, .interpolate = "inside"}}),
-            "usage: --interpolate takes nothing, or =boundary, not 'inside'");
+            "usage: --fit takes nothing, or =boundary, not 'inside'");
   ControlMesh dented = oracle::box_mesh(1, 1, 1, 10);
   dented.positions[0] += Vec3(1, 1, 1);
   EXPECT_THAT(error_of({.mesh = file_of(dented), .meaning = {.smooth = true, .interpolate = "all"}}),
-              HasSubstr("(--interpolate=boundary)"));
+              HasSubstr("(--fit=boundary)"));
   ControlMesh uneven = oracle::box_mesh(5, 5, 5, 1);
   for (Vec3& p : uneven.positions)
     p = p.unaryExpr([](double x) { return std::ceil(x / 2) + (x == 2 || x == 4) * 0.02; });
   EXPECT_THAT(error_of({.mesh = file_of(uneven), .meaning = {.smooth = true, .interpolate = "all"}}),
               ContainsRegex("would fold in cells [0-9, ]+ and [0-9]+ more: the first is near \\([-0-9., ]+\\) mm; keep "
-                            "such places back, or edges sharp \\(--interpolate=boundary\\)$"))
+                            "such places back, or edges sharp \\(--fit=boundary\\)$"))
       << "with one place";
   const LoadedMesh near =
       load_mesh({.mesh = file_of(dented), .grades = {"a=x"}, .meaning = {.smooth = true, .interpolate = "boundary"}});

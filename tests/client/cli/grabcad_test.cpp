@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// `slice --for grabcad`: what GrabCAD Voxel Print takes, and what it doesn't.
+// `slice --format grabcad`: what GrabCAD Voxel Print takes, and what it doesn't.
 
 #include "client/cli/output/grabcad.h"
 
@@ -69,7 +69,7 @@ TEST_F(Grabcad, AFolderHasPicturesFromZeroWithoutGaps) {
   EXPECT_EQ(first[3], 6u) << "RGBA";
   EXPECT_EQ(files_in("out"), layers + 2) << "the contact sheet and the manifest, too";
   EXPECT_EQ(json_at(read_whole(path("out/manifest.json")), "layout.row_order").string_value(), "descending");
-  EXPECT_THAT(result.err, HasSubstr("without --profile"));
+  EXPECT_THAT(result.err, HasSubstr("without --printer"));
   EXPECT_THAT(result.err, Not(HasSubstr("no resins")));
 }
 
@@ -84,7 +84,7 @@ TEST_F(Grabcad, PartsOfAJobAreNumberedAsTheWhole) {
   EXPECT_EQ(read_whole(path("part/slice_3.png")), read_whole(path("whole/slice_3.png")));
   EXPECT_FALSE(fs::exists(path("part/slice_0.png")));
   // A region is a job of its own: its first layer is number 0.
-  ASSERT_EQ(run(job("region", {two_[0], two_[1], "--region-voxels=0,0,3,2,2,4"})).exit_code, cli::kExitOk);
+  ASSERT_EQ(run(job("region", {two_[0], two_[1], "--box-voxels=0,0,3,2,2,4"})).exit_code, cli::kExitOk);
   EXPECT_TRUE(fs::exists(path("region/slice_0.png")));
   EXPECT_FALSE(fs::exists(path("region/slice_4.png")));
 }

@@ -28,7 +28,7 @@ TEST(Help, CountsTheLettersBetweenTwoWords) {
 }
 
 TEST(Help, FindsWhatWasMeant) {
-  const std::vector<std::string> names = {"slice", "show", "plan", "picture", "probe"};
+  const std::vector<std::string> names = {"slice", "join", "plan", "picture", "probe"};
   EXPECT_EQ(closest_name("slce", names), "slice");
   EXPECT_EQ(closest_name("silce", names), "slice");
   EXPECT_EQ(closest_name("plann", names), "plan");
@@ -132,10 +132,10 @@ TEST(Help, ExamplesGoOnBeforeAnOptionAndProseIsFilled) {
   EXPECT_EQ(wrapped_footer("Examples:\n  ccslice models", 60), "Examples:\n  ccslice models\n");
   EXPECT_EQ(wrapped_footer("Some words of prose that are too long.\n\nMore.", 20),
             "Some words of prose\nthat are too long.\n\nMore.\n");
-  const std::string example = "  ccslice slice part.vtk --pitch 0.05 --region 10,10,0,30,20,4 --occupancy -o corner";
+  const std::string example = "  ccslice slice part.vtk --pitch 0.05 --box 10,10,0,30,20,4 --occupancy -o corner";
   EXPECT_EQ(wrapped_footer(example, 60),
             "  ccslice slice part.vtk --pitch 0.05 \\\n"
-            "      --region 10,10,0,30,20,4 --occupancy -o corner\n");
+            "      --box 10,10,0,30,20,4 --occupancy -o corner\n");
   EXPECT_EQ(wrapped_footer(example, 100), example + "\n");
   EXPECT_EQ(wrapped_footer("  ccslice slice part.mesh --pitch 0.1 -o - | tar -xf -", 50),
             "  ccslice slice part.mesh --pitch 0.1 -o - | tar \\\n      -xf -\n");
@@ -150,17 +150,17 @@ TEST(OptionOfField, FieldsBecomeTheOptionsThatSetThem) {
   EXPECT_EQ(option_of_field("grid.pitch.x_mm"), "--pitch") << "as other fields' messages have it";
   EXPECT_EQ(option_of_field("job.parts[0].placements[0].matrix[3]"), "--rotate, --scale, --translate");
   EXPECT_EQ(option_of_field("placement.matrix"), "--rotate, --scale, --translate");
-  EXPECT_EQ(option_of_field("job.tolerances.contour_mm"), "--tolerance");
-  EXPECT_EQ(option_of_field("job.tolerances.channel"), "--material-tolerance");
-  EXPECT_EQ(option_of_field("job.contours.by_cell_region"), "--contours-by-region");
+  EXPECT_EQ(option_of_field("job.tolerances.contour_mm"), "--contour-tolerance");
+  EXPECT_EQ(option_of_field("job.tolerances.channel"), "--channel-tolerance");
+  EXPECT_EQ(option_of_field("job.contours.by_cell_region"), "--contours-by-cell-region");
   EXPECT_EQ(option_of_field("job.parts"), "");
   EXPECT_EQ(option_of_field("nojob.grid.pitch"), "");
-  EXPECT_EQ(option_of_field("printer.name"), "--profile");
+  EXPECT_EQ(option_of_field("printer.name"), "--printer");
   EXPECT_EQ(option_of_field("job.planes[12].channel.name"), "--channel");
   EXPECT_EQ(option_of_field("planes[0].channels"), "--all-channels");
   EXPECT_EQ(option_of_field("printing.materials[3].rgba"), "--material");
   EXPECT_EQ(option_of_field("printing.cell_region_maps[0].map.blend"), "--map region:...");
-  EXPECT_EQ(option_of_field("region.voxels"), "--region-voxels");
+  EXPECT_EQ(option_of_field("region.voxels"), "--box-voxels");
   EXPECT_EQ(option_of_field("regional"), "");
   EXPECT_EQ(option_of_field(""), "");
   EXPECT_EQ(in_terms_of_options("job.grid.pitch.x_mm: -1 is wrong"), "--pitch: -1 is wrong");

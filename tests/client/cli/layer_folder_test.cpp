@@ -334,7 +334,7 @@ TEST_F(CommandLine, SlicesARegionWithItsRowsTurned) {
     return run(arguments);
   };
   const ProcessResult sliced = slice(
-      "part", {"--region-voxels", "2,1,3,5,4,2", "--row-order", "descending", "--flip", "x", "--encoding", "png-rgba"});
+      "part", {"--box-voxels", "2,1,3,5,4,2", "--row-order", "descending", "--flip", "x", "--encoding", "png-rgba"});
   ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
   const std::string manifest = read_whole(path("part/manifest.json"));
   EXPECT_EQ(json_at(manifest, "region.first_row").number_value(), 1);
@@ -349,12 +349,12 @@ TEST_F(CommandLine, SlicesARegionWithItsRowsTurned) {
   EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
   const ProcessResult packed = run({"package", path("part"), "-o", path("part.3mf")});
   EXPECT_NE(packed.exit_code, cli::kExitOk);
-  EXPECT_THAT(packed.err, HasSubstr("without --region"));
+  EXPECT_THAT(packed.err, HasSubstr("without --box"));
 
-  EXPECT_THAT(slice("out", {"--region-voxels", "2,1,3,5,4,2", "--layers", "5"}).err, HasSubstr("layers 3 to 4"));
-  EXPECT_THAT(slice("out", {"--region", "0,0,0,1,1,nan"}).err, HasSubstr("--region"));
-  EXPECT_THAT(slice("out", {"--region", "900,0,0,901,1,1"}).err, HasSubstr("outside of the grid"));
-  EXPECT_EQ(slice("out", {"--region", "0,0,0,1,1,1", "--region-voxels", "0,0,0,1,1,1"}).exit_code, cli::kExitUsage);
+  EXPECT_THAT(slice("out", {"--box-voxels", "2,1,3,5,4,2", "--layers", "5"}).err, HasSubstr("layers 3 to 4"));
+  EXPECT_THAT(slice("out", {"--box", "0,0,0,1,1,nan"}).err, HasSubstr("--box"));
+  EXPECT_THAT(slice("out", {"--box", "900,0,0,901,1,1"}).err, HasSubstr("outside of the grid"));
+  EXPECT_EQ(slice("out", {"--box", "0,0,0,1,1,1", "--box-voxels", "0,0,0,1,1,1"}).exit_code, cli::kExitUsage);
   EXPECT_FALSE(fs::exists(path("out")));
 }
 

@@ -109,7 +109,7 @@ TEST_F(MeantFile, AFitThatRoundsEdgesIsRefusedUnlessItIsMeant) {
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kMeshNotInterpolable);
     EXPECT_THAT(error.what(), HasSubstr("--part keeps such edges sharp"));
-    EXPECT_THAT(error.what(), Not(HasSubstr("--interpolate=boundary"))) << "which would be refused as well";
+    EXPECT_THAT(error.what(), Not(HasSubstr("--fit=boundary"))) << "which would be refused as well";
   }
   options.meaning.smooth = true;
   EXPECT_NO_THROW(load_mesh(options));

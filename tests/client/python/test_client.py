@@ -226,9 +226,9 @@ class Values(unittest.TestCase):
         turned = np.array([[0, -1, 0, 10], [1, 0, 0, 0], [0, 0, 1, 0]])
         layer = next(self.client.slice(self.mesh, 1, channels=["g"], placement=turned))
         np.testing.assert_allclose(layer.channels["g"][:, 0], (np.arange(10) + 0.5) / 10, atol=2e-5)
-        layer = next(self.client.slice(self.mesh, 1, region_mm=((2, 2, 4), (5, 4, 6))))
+        layer = next(self.client.slice(self.mesh, 1, box_mm=((2, 2, 4), (5, 4, 6))))
         self.assertEqual((layer.index, layer.occupancy.shape), (4, (2, 3)))
-        layer = next(self.client.slice(self.mesh, profile="j750-hm", layers=range(5, 6)))
+        layer = next(self.client.slice(self.mesh, printer="j750-hm", layers=range(5, 6)))
         self.assertEqual(layer.occupancy.shape, (118, 236))
 
     def test_cell_regions(self):
@@ -238,7 +238,7 @@ class Values(unittest.TestCase):
         layer = next(self.client.slice(mesh, 0.25, layers=range(1, 2), cell_regions=True))
         self.assertEqual(set(np.unique(layer.cell_regions)) - {0}, {1, 2})
         self.assertTrue((np.diff(layer.cell_regions[2][layer.cell_regions[2] > 0].astype(int)) >= 0).all())
-        layer = next(self.client.slice(mesh, 0.25, layers=range(1, 2), contours_by_region=True))
+        layer = next(self.client.slice(mesh, 0.25, layers=range(1, 2), contours_by_cell_region=True))
         self.assertEqual(layer.contour_regions, [1, 2])
         self.assertEqual([contour.shape[1] for contour in layer.contours], [2, 2])
 
@@ -326,13 +326,13 @@ class Values(unittest.TestCase):
                            stdout=subprocess.DEVNULL)
             ring = ccslice.Mesh.from_file(f"{folder}/ring.ccmesh")
             pictures = {}
-            for proved, options in ((False, []), (True, ["--prove-materials"])):
+            for proved, options in ((False, []), (True, ["--prove-channels"])):
                 output = pathlib.Path(f"{folder}/layers_{proved}")
                 subprocess.run([CCSLICE, "slice", f"{folder}/ring.ccmesh", "--server", self.client.address, "--pitch",
                                 "0.2", "--channel", "hardness:f32", "--encoding", "raw", "--layers", "10..12", "-o",
                                 str(output), "--quiet", *options], check=True, stdout=subprocess.DEVNULL)
                 layers = list(self.client.slice(ring, 0.2, channels=["hardness"], layers=range(10, 13),
-                                                prove_materials=proved))
+                                                prove_channels=proved))
                 pictures[proved] = [layer.channels["hardness"].tobytes() for layer in layers]
                 self.assertEqual(pictures[proved], [(output / f"layer_{layer.index:04}_hardness.bin").read_bytes()
                                                     for layer in layers])
@@ -449,8 +449,8 @@ class WrongArguments(unittest.TestCase):
             for layers in ((0, 9), [0, 9], 5, slice(0, 9), "0..9"):
                 self.refused(f"layers takes a range, such as range(0, 10) for layers 0 to 9, not {layers!r}",
                              lambda: list(client.slice(mesh, 1, layers=layers)))
-            self.refused("region_mm takes two corners", lambda: client.plan(mesh, 1, region_mm=(1, 2, 3)))
-            self.refused("region_mm takes three numbers", lambda: client.plan(mesh, 1, region_mm=((1, 2), (3, 4, 5))))
+            self.refused("box_mm takes two corners", lambda: client.plan(mesh, 1, box_mm=(1, 2, 3)))
+            self.refused("box_mm takes three numbers", lambda: client.plan(mesh, 1, box_mm=((1, 2), (3, 4, 5))))
             for count in (2.5, np.inf, np.nan):
                 self.refused("extent takes whole numbers", lambda: client.plan(mesh, 1, extent=(count, 1, 1)))
             self.refused("pitch takes three numbers, or one for all, not 'thin'", lambda: client.plan(mesh, "thin"))

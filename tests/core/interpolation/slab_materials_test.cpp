@@ -45,9 +45,9 @@ double largest_difference(const EncodedPlane& a, const EncodedPlane& b) {
 
 /// Layers against the same ones with every voxel inverted.
 Comparison compare(const Solid& solid, SliceJob job, std::span<const std::uint32_t> layers) {
-  if (!job.material_tolerance) job.material_tolerance = kSlabTolerance;
+  if (!job.channel_tolerance) job.channel_tolerance = kSlabTolerance;
   SliceJob exact_job = job;
-  exact_job.material_tolerance = 0;
+  exact_job.channel_tolerance = 0;
   LayerSlicer slicer(solid, job), exact(solid, exact_job);
   Comparison result;
   for (const std::uint32_t k : layers) {
@@ -116,7 +116,7 @@ TEST(SlabMaterials, KeepTheToleranceAtTwistedFaces) {
     const Solid solid = prepare_solid(mesh);
     SliceJob job = job_of(solid, {0.25, 0.25, kHeight / 3.3});
     for (double tolerance = 0.04; tolerance > 3e-4; tolerance /= 1.5) {
-      job.material_tolerance = tolerance;
+      job.channel_tolerance = tolerance;
       EXPECT_LE(compare(solid, job).worst, tolerance);
     }
   }
@@ -183,7 +183,7 @@ TEST(SlabMaterials, SeeErrorsBetweenTheNodes) {
   const Solid solid = prepare_solid(mesh);
   SliceJob job = job_of(solid, {0.1, 0.7, 0.7});
   for (double tolerance = 1.0 / 256; tolerance > 1e-6; tolerance /= 1.5) {
-    job.material_tolerance = tolerance;
+    job.channel_tolerance = tolerance;
     EXPECT_LE(compare(solid, job, std::vector<std::uint32_t>{7}).worst, tolerance) << tolerance;
   }
 }
@@ -200,7 +200,7 @@ TEST(SlabMaterials, KeepTheToleranceInThinSteepCells) {
        {Case{1, kSlabTolerance, {11, 35, 179, 219}}, Case{3, kSlabTolerance, {12, 23, 165, 177}},
         Case{4, kSlabTolerance, {17, 60}}, Case{3, 4e-3, {161, 163}}, Case{2, 2e-3, {26, 53, 89}}}) {
     SliceJob job = job_of(solid, {coarser * 0.0423, coarser * 0.0846, coarser * 0.03});
-    job.material_tolerance = tolerance;
+    job.channel_tolerance = tolerance;
     const Comparison found = compare(solid, job, layers);
     EXPECT_LE(found.worst, tolerance) << coarser;
     EXPECT_GT(static_cast<double>(found.interpolated), 0.45 * static_cast<double>(found.voxels)) << coarser;
@@ -295,7 +295,7 @@ TEST(SlabMaterials, FollowNoSmoothMaterialIntoThinCells) {
                       [](auto, auto) { return true; }, [](auto ring, auto) { return ring <= 2 ? 1 : 0; }};
     const Solid solid = prepare_solid(rings.mesh());
     SliceJob job = job_of(solid, {0.15, 0.15, 0.15});
-    job.material_tolerance = 1.0 / 65536;
+    job.channel_tolerance = 1.0 / 65536;
     const Comparison found = compare(solid, job);
     EXPECT_LE(found.worst, 1.0 / 65536 + kRoundingOfFloats) << thinnest;
     EXPECT_GT(static_cast<double>(found.interpolated), 0.5 * static_cast<double>(found.voxels)) << thinnest;
@@ -305,7 +305,7 @@ TEST(SlabMaterials, FollowNoSmoothMaterialIntoThinCells) {
 class PaintedSlabs : public testing::Test {
  protected:
   PaintedSlabs() : solid_(prepare_solid(make_bracket())), job_(job_of(solid_, {0.3, 0.3, 0.25})) {
-    job_.material_tolerance = kSlabTolerance;
+    job_.channel_tolerance = kSlabTolerance;
   }
   Solid solid_;
   SliceJob job_;

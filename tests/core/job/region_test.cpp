@@ -191,7 +191,7 @@ std::vector<Layer> slice(const Solid& solid, const SliceJob& job, std::uint32_t 
 /// A smooth box, tilted: regular cells and irregular ones, painted by pieces, by tiles and voxel by voxel.
 struct Engine {
   const char* name;
-  std::optional<double> material_tolerance;
+  std::optional<double> channel_tolerance;
   HalftoneMethod method;
 };
 
@@ -210,7 +210,7 @@ class RegionOfABox : public testing::TestWithParam<Engine> {
     printing.map.kind = BlendMap{0, {{0, 1}, {0.5, 2}, {1, 3}}};
     printing.halftone = {GetParam().method, 5};
     job_.printing = printing;
-    job_.material_tolerance = GetParam().material_tolerance;
+    job_.channel_tolerance = GetParam().channel_tolerance;
     PlaneSpec materials;
     materials.content = PlaneContent::kMaterials;
     materials.sample_type = SampleType::kUint2;
@@ -307,7 +307,7 @@ TEST_P(RegionOfABox, GivesTheSameBytesForAnySplit) {
 INSTANTIATE_TEST_SUITE_P(All, RegionOfABox,
                          testing::Values(Engine{"BlueNoise", std::nullopt, HalftoneMethod::kBlueNoise},
                                          Engine{"ErrorDiffusion", std::nullopt, HalftoneMethod::kErrorDiffusion},
-                                         Engine{"Nearest", std::nullopt, HalftoneMethod::kNearest},
+                                         Engine{"Nearest", std::nullopt, HalftoneMethod::kLargestFraction},
                                          Engine{"WhiteNoise", std::nullopt, HalftoneMethod::kWhiteNoise},
                                          Engine{"BlueNoiseOfVoxelsInvertedOneByOne", 0.0, HalftoneMethod::kBlueNoise},
                                          Engine{"ErrorDiffusionOfVoxelsInvertedOneByOne", 0.0,

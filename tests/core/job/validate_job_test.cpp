@@ -197,12 +197,12 @@ INSTANTIATE_TEST_SUITE_P(
                 ErrorCode::kToleranceInvalid, "contour_tolerance_mm", "nan is outside"},
         Spoiled{"ToleranceLarge", [](SliceJob& job) { job.contour_tolerance_mm = 2; }, ErrorCode::kToleranceInvalid,
                 "contour_tolerance_mm", "2 is outside"},
-        Spoiled{"MaterialToleranceNegative", [](SliceJob& job) { job.material_tolerance = -1e-9; },
-                ErrorCode::kToleranceInvalid, "material_tolerance", "is outside [0, 1]"},
-        Spoiled{"MaterialToleranceNan", [](SliceJob& job) { job.material_tolerance = kNotANumber; },
-                ErrorCode::kToleranceInvalid, "material_tolerance", "nan is outside [0, 1]"},
-        Spoiled{"MaterialToleranceLarge", [](SliceJob& job) { job.material_tolerance = 1.5; },
-                ErrorCode::kToleranceInvalid, "material_tolerance", "give 0 to invert every voxel"},
+        Spoiled{"ChannelToleranceNegative", [](SliceJob& job) { job.channel_tolerance = -1e-9; },
+                ErrorCode::kToleranceInvalid, "channel_tolerance", "is outside [0, 1]"},
+        Spoiled{"ChannelToleranceNan", [](SliceJob& job) { job.channel_tolerance = kNotANumber; },
+                ErrorCode::kToleranceInvalid, "channel_tolerance", "nan is outside [0, 1]"},
+        Spoiled{"ChannelToleranceLarge", [](SliceJob& job) { job.channel_tolerance = 1.5; },
+                ErrorCode::kToleranceInvalid, "channel_tolerance", "give 0 to invert every voxel"},
         Spoiled{"PlacementSingular", [](SliceJob& job) { job.placement.linear().setOnes(); },
                 ErrorCode::kPlacementSingular, "placement.matrix", "singular"},
         Spoiled{"PitchZero", [](SliceJob& job) { job.grid.pitch.z_mm = 0; }, ErrorCode::kPitchInvalid,
@@ -235,7 +235,7 @@ TEST(ValidateJobOfGoodJobs, Passes) {
   EXPECT_NO_THROW(validate_job(two_channels(), contours_only));
   for (const double tolerance : {0.0, 1e-12, 1.0}) {
     SliceJob tolerant = good_job();
-    tolerant.material_tolerance = tolerance;
+    tolerant.channel_tolerance = tolerance;
     EXPECT_NO_THROW(validate_job(two_channels(), tolerant));
   }
   SliceJob ranged = good_job();

@@ -37,7 +37,7 @@ struct PaintedPlane {
     layer.placement = under_plane(plane, Placement::Identity());
     layer.grid = grid_of(plane);
     layer.contour_tolerance_mm = 0.1 * plane.across_mm;
-    layer.material_tolerance = tolerance;
+    layer.channel_tolerance = tolerance;
     for (std::uint32_t c = 0; c < solid->channel_count(); ++c) {
       PlaneSpec& spec_of_channel = layer.planes.emplace_back();
       spec_of_channel.content = PlaneContent::kChannel;

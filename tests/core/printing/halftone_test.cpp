@@ -37,18 +37,19 @@ TEST_P(Method, FollowsFromVoxelAndSeedAlone) {
   EXPECT_TRUE(std::equal(part.materials.begin(), part.materials.end(), whole.materials.begin() + 150 * 30 * 5));
   const HalftonedBlock again = halftone_block(plan_of(blend_of(3, GetParam(), 5)), kPitch, {150, 30, 9}, wave);
   EXPECT_EQ(again.materials, whole.materials);
-  if (GetParam() == HalftoneMethod::kNearest) return;
+  if (GetParam() == HalftoneMethod::kLargestFraction) return;
   const HalftonedBlock other = halftone_block(plan_of(blend_of(3, GetParam(), 6)), kPitch, {150, 30, 9}, wave);
   EXPECT_NE(other.materials, whole.materials);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Method,
                          testing::Values(HalftoneMethod::kBlueNoise, HalftoneMethod::kErrorDiffusion,
-                                         HalftoneMethod::kNearest, HalftoneMethod::kWhiteNoise));
+                                         HalftoneMethod::kLargestFraction, HalftoneMethod::kWhiteNoise));
 
 TEST(Nearest, TakesTheLargestFractionAndTheFirstOfEquals) {
   const auto of = [](const std::vector<float>& fractions) {
-    return constant_block(shares_of(fractions.size(), HalftoneMethod::kNearest), fractions, {1, 1, 1}).materials[0];
+    return constant_block(shares_of(fractions.size(), HalftoneMethod::kLargestFraction), fractions, {1, 1, 1})
+        .materials[0];
   };
   EXPECT_EQ(of({0.2f, 0.5f, 0.3f}), 2);
   EXPECT_EQ(of({0.5f, 0.5f}), 1);

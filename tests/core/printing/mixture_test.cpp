@@ -60,7 +60,7 @@ TEST(Mixture, OfABlendIsLinearBetweenStopsAndHeldAtItsEnds) {
 
 TEST(Mixture, OfACurveFollowsTheTableHoweverLongItIs) {
   for (const std::size_t points : {2, 5, 9, 10, 200}) {
-    CurveMap curve{0, 2, 1, {}};
+    CalibrationMap curve{0, 2, 1, {}};
     for (std::size_t i = 0; i < points; ++i) {
       const double x = static_cast<double>(i) / static_cast<double>(points - 1);
       curve.points.push_back({1000 * x, x * x});
@@ -153,7 +153,7 @@ TEST(Mixture, CountsValuesOffTheMap) {
   const MapMisfits blend = misfits_of({BlendMap{0, {{10, 1}, {20, 2}}}}, {{9.9f}, {9.95f}, {20.05f}, {20.1f}, {15}});
   EXPECT_EQ(blend.off_map, 2u) << "beyond 1/128 of the map";
   EXPECT_EQ(blend.scaled_up, 0u);
-  EXPECT_EQ(misfits_of({CurveMap{0, 1, 2, {{0, 0}, {1, 1}}}}, {{std::nanf("")}, {2}, {0.5f}}).off_map, 2u);
+  EXPECT_EQ(misfits_of({CalibrationMap{0, 1, 2, {{0, 0}, {1, 1}}}}, {{std::nanf("")}, {2}, {0.5f}}).off_map, 2u);
   const MapMisfits direct =
       misfits_of({DirectMap{{{0, 1}, {1, 2}}, 3}}, {{-0.1f, 0.5f}, {1.1f, 0}, {0.7f, 0.7f}, {0.2f, 0.2f}});
   EXPECT_EQ(direct.off_map, 3u);

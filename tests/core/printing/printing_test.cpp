@@ -34,9 +34,9 @@ Printing good_printing() {
 
 BlendMap& blend(Printing& printing) { return std::get<BlendMap>(printing.map.kind); }
 
-CurveMap& curve(Printing& printing) {
-  printing.map.kind = CurveMap{0, 1, 2, {{0, 0}, {10, 0.2}, {50, 1}}};
-  return std::get<CurveMap>(printing.map.kind);
+CalibrationMap& curve(Printing& printing) {
+  printing.map.kind = CalibrationMap{0, 1, 2, {{0, 0}, {10, 0.2}, {50, 1}}};
+  return std::get<CalibrationMap>(printing.map.kind);
 }
 
 DirectMap& direct(Printing& printing) {
@@ -107,13 +107,13 @@ INSTANTIATE_TEST_SUITE_P(
                     Spoiled{"NanStop", [](Printing& p) { blend(p).stops[1].value = kNan; },
                             ErrorCode::kMaterialMapNonFinite, "printing.map.blend.stops[1].value"},
                     Spoiled{"CurveOfOneMaterial", [](Printing& p) { curve(p).base = 1; },
-                            ErrorCode::kMaterialMapInvalid, "printing.map.curve.base"},
+                            ErrorCode::kMaterialMapInvalid, "printing.map.calibration.base"},
                     Spoiled{"NanFraction", [](Printing& p) { curve(p).points[1].fraction = kNan; },
-                            ErrorCode::kMaterialMapNonFinite, "printing.map.curve.points[1].fraction"},
+                            ErrorCode::kMaterialMapNonFinite, "printing.map.calibration.points[1].fraction"},
                     Spoiled{"FractionAboveOne", [](Printing& p) { curve(p).points[2].fraction = 1.01; },
-                            ErrorCode::kMaterialMapInvalid, "printing.map.curve.points[2].fraction"},
+                            ErrorCode::kMaterialMapInvalid, "printing.map.calibration.points[2].fraction"},
                     Spoiled{"InfiniteProperty", [](Printing& p) { curve(p).points[2].property = 1 / 0.0; },
-                            ErrorCode::kMaterialMapNonFinite, "printing.map.curve.points[2].property"},
+                            ErrorCode::kMaterialMapNonFinite, "printing.map.calibration.points[2].property"},
                     Spoiled{"NoShares", [](Printing& p) { direct(p).shares.clear(); }, ErrorCode::kMaterialMapInvalid,
                             "printing.map.direct.shares"},
                     Spoiled{"TwoSharesOfOneMaterial", [](Printing& p) { direct(p).shares[1].material = 1; },

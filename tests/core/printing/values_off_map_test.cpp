@@ -53,7 +53,7 @@ TEST(ValuesOffMap, AreNotFoundWhereTheMapCoversThem) {
   const double high = solid->summary().channels[0].max;
   for (const MaterialMap& map :
        {MaterialMap{BlendMap{0, {{0, 1}, {high, 2}}}}, MaterialMap{BlendMap{0, {{7, 1}}}}, MaterialMap{PureMap{2}},
-        MaterialMap{CurveMap{0, 1, 2, {{-1, 0}, {0.995 * high, 1}}}}, MaterialMap{ColourMap{0, 0, 0, high}}}) {
+        MaterialMap{CalibrationMap{0, 1, 2, {{-1, 0}, {0.995 * high, 1}}}}, MaterialMap{ColourMap{0, 0, 0, high}}}) {
     EXPECT_THAT(find_values_off_maps(printing_with(map), *solid), IsEmpty());
   }
 }

@@ -53,7 +53,7 @@ TEST(ChannelTolerances, ARangeWiderThanTheChannelsGivesNoMoreRoom) {
 
 TEST(ChannelTolerances, FollowTheJobsOwn) {
   SliceJob job = job_of_planes({plane_of(0, SampleType::kUint8)});
-  job.material_tolerance = 0.25;
+  job.channel_tolerance = 0.25;
   EXPECT_EQ(channel_tolerances(job, kChannels)[0].tolerance, 0.5);
 }
 

@@ -273,10 +273,10 @@ TEST_P(HalftonePassTest, LayersCanBeCancelled) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, HalftonePassTest,
                          testing::Values(HalftoneMethod::kBlueNoise, HalftoneMethod::kErrorDiffusion,
-                                         HalftoneMethod::kNearest, HalftoneMethod::kWhiteNoise));
+                                         HalftoneMethod::kLargestFraction, HalftoneMethod::kWhiteNoise));
 
 TEST(StrictHalftonePass, SaysWhereValuesGiveNoFractions) {
-  Printing printing = shares_of(2, HalftoneMethod::kNearest);
+  Printing printing = shares_of(2, HalftoneMethod::kLargestFraction);
   printing.map.strict = true;
   const HalftonePlan plan(printing, 0.05, 0.05, 0.05);
   const LayerLattice lattice{1, 2, 0.5, 0.25, 150, 3};

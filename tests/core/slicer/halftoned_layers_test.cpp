@@ -91,7 +91,7 @@ TEST_P(HalftonedBox, HasOneMaterialInEachVoxelInside) {
 TEST_P(HalftonedBox, FollowsTheGradientFromLayerToLayer) {
   const std::vector<Layer> layers = slice(0, job_.grid.extent.layers);
   const double bar = GetParam() == HalftoneMethod::kWhiteNoise ? 0.05 : 0.015;
-  if (GetParam() == HalftoneMethod::kNearest) return;
+  if (GetParam() == HalftoneMethod::kLargestFraction) return;
   for (const Layer& layer : layers) {
     const double value = (layer.index + 0.5) / static_cast<double>(layers.size());
     const std::vector<std::uint64_t>& voxels = layer.stats.material_voxels;
@@ -140,7 +140,7 @@ TEST_P(HalftonedBox, CountsVoxelsWhoseFractionsAreScaledUp) {
 
 INSTANTIATE_TEST_SUITE_P(All, HalftonedBox,
                          testing::Values(HalftoneMethod::kBlueNoise, HalftoneMethod::kErrorDiffusion,
-                                         HalftoneMethod::kNearest, HalftoneMethod::kWhiteNoise));
+                                         HalftoneMethod::kLargestFraction, HalftoneMethod::kWhiteNoise));
 
 using StrictBox = HalftonedBox;
 

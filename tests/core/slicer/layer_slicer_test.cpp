@@ -254,7 +254,7 @@ TEST_F(SliceRing, HasTheVoxelsOfTable2) {
 TEST_F(SliceRing, StopsWithin100MsOfACancel) {
   SliceJob job = job_of(solid_, {0.02, 0.04, 0.03});
   job.planes.push_back(channel(0, SampleType::kUint16, Encoding::kRawZstd));
-  job.material_tolerance = 0;  // Slow.
+  job.channel_tolerance = 0;  // Slow.
   LayerSlicer slicer(solid_, job);
   double best_ms = 1e9;
   for (int attempt = 0; attempt < 5 && best_ms > 100; ++attempt) {  // A busy machine may need several.

@@ -57,7 +57,7 @@ SliceJob job_of(const LimitSolid& solid, const Placement& placement) {
   GridRequest request;
   request.pitch = {pitch_mm, pitch_mm, pitch_mm};
   job.grid = plan_grid(solid, placement, request);
-  job.material_tolerance = 0;
+  job.channel_tolerance = 0;
   job.planes.resize(2);
   job.planes[0].encoding = Encoding::kRaw;
   job.planes[1] = job.planes[0];

@@ -41,8 +41,8 @@ std::vector<NamedJob> jobs_of(const Solid& solid, double columns) {
   add("occupancy").planes = {occupancy()};
   add("channel").planes = {channel(0, SampleType::kUint8, Encoding::kRawZstd)};
   add("float").planes = {occupancy(), channel(0, SampleType::kFloat32)};
-  add("exact").material_tolerance = 0;
-  add("proved").prove_materials = true;
+  add("exact").channel_tolerance = 0;
+  add("proved").prove_channels = true;
   SliceJob& contours = add("contours");
   contours.planes = {};
   contours.contours = true;
@@ -107,7 +107,7 @@ TEST(SlicerMemory, IsToldOfPartsOfFewCellsToo) {
     for (const bool proved : {false, true}) {
       SliceJob job = job_of(solid, pitch_for(solid, 300));
       job.planes = {channel(0, SampleType::kFloat32)};
-      job.prove_materials = proved;
+      job.prove_channels = proved;
       expect_enough(name + std::string(proved ? ", proved" : ""), solid, job);
     }
   }

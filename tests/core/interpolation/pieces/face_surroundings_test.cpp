@@ -48,8 +48,8 @@ struct Graded {
     for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(material(p)));
     solid = prepare_solid(mesh);
     SliceJob job = job_of(solid, {0.2, 0.2, 0.2});
-    job.material_tolerance = tolerance;
-    job.prove_materials = proved;
+    job.channel_tolerance = tolerance;
+    job.prove_channels = proved;
     spec = interpolation_spec_of(job, solid->summary().channels);
   }
 

@@ -25,7 +25,7 @@ bool tiles_fit(const std::function<double(const Vec3&)>& material, double tolera
   for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(material(p)));
   const auto solid = prepare_solid(mesh);
   SliceJob job = job_of(solid, {0.2, 0.2, 0.2});
-  job.material_tolerance = tolerance;
+  job.channel_tolerance = tolerance;
   return do_tiles_fit(solid, interpolation_spec_of(job, solid->summary().channels));
 }
 

@@ -41,7 +41,7 @@ void add_profile(const PrinterProfile& profile, JsonWriter& json) {
   json.member("max_materials", profile.max_materials).member("min_layers", profile.min_layers).end_object();
 }
 
-void run_profiles(const Session& session) {
+void run_printers(const Session& session) {
   JsonWriter json;
   json.begin_array();
   for (const PrinterProfile& profile : printer_profiles()) {
@@ -54,13 +54,13 @@ void run_profiles(const Session& session) {
 
 }  // namespace
 
-Command add_profiles(CLI::App& parent, CommonOptions& common) {
-  CLI::App* app = parent.add_subcommand("profiles", "List the printers that --profile knows, and resins");
+Command add_printers(CLI::App& parent, CommonOptions& common) {
+  CLI::App* app = parent.add_subcommand("printers", "List the printers that --printer knows, and resins");
   add_output_options(*app, common);
   app->footer(
       "Figures are as publicly known, not certified by the makers.\n"
-      "Example:\n  ccslice slice part.ccmesh --for grabcad --profile j750-hm --material VeroCY-V -o part");
-  return {app, [](Session& session) { run_profiles(session); }};
+      "Example:\n  ccslice slice part.ccmesh --format grabcad --printer j750-hm --material VeroCY-V -o part");
+  return {app, [](Session& session) { run_printers(session); }};
 }
 
 }  // namespace ccslice::cli
