@@ -59,9 +59,15 @@ ExitCode exit_code_of(const client::ClientError& error) {
   return mesh_at_fault ? kExitInput : kExitRefused;
 }
 
-Failure failure_of_call(const client::ClientError& error) {
+std::string in_terms_of_user(const std::string& message, const std::string& job_file) {
+  constexpr std::string_view kJob = "job.";
+  if (job_file.empty() || !message.starts_with(kJob)) return in_terms_of_options(message);
+  return job_file + ": " + message.substr(kJob.size());
+}
+
+Failure failure_of_call(const client::ClientError& error, const std::string& job_file) {
   const std::string code = client::status_code_name(error.code());
-  std::string message = echoed(in_terms_of_options(error.what()), kMaxMessageBytes);
+  std::string message = echoed(in_terms_of_user(error.what(), job_file), kMaxMessageBytes);
   if (message.empty()) message = code;
   // Only the call's own deadline has no reason; gRPC says of it no more than that it has passed.
   if (error.code() == grpc::StatusCode::DEADLINE_EXCEEDED && error.reason().empty()) {
@@ -73,9 +79,9 @@ Failure failure_of_call(const client::ClientError& error) {
 
 }  // namespace
 
-Failure failure_of(const std::exception& exception) {
+Failure failure_of(const std::exception& exception, const std::string& job_file) {
   if (const auto* usage = dynamic_cast<const UsageError*>(&exception)) return {kExitUsage, "USAGE", usage->what()};
-  if (const auto* call = dynamic_cast<const client::ClientError*>(&exception)) return failure_of_call(*call);
+  if (const auto* call = dynamic_cast<const client::ClientError*>(&exception)) return failure_of_call(*call, job_file);
   if (const auto* error = dynamic_cast<const Error*>(&exception)) {
     return {exit_code_of(*error), std::string(reason(error->code())), error->what()};
   }

@@ -20,7 +20,8 @@ struct Failure {
 };
 
 /// Turns any exception of a command into a failure.
-Failure failure_of(const std::exception& exception);
+/// `job_file`: that says the job whose fields servers speak of, in place of options; or empty.
+Failure failure_of(const std::exception& exception, const std::string& job_file = {});
 
 /// Prints {"error":{...}} on standard output.
 void print_error_document(const Failure& failure);

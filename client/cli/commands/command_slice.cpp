@@ -15,15 +15,10 @@
 #include <vector>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/commands/commands.h"
-#include "client/cli/meshes/mesh_source.h"
-#include "client/cli/meshes/numbering.h"
-#include "client/cli/options/job.h"
+#include "client/cli/commands/job_options.h"
 #include "client/cli/options/job_share.h"
-#include "client/cli/options/part_places.h"
-#include "client/cli/options/printing.h"
 #include "client/cli/output/grabcad.h"
 #include "client/cli/output/layer_folder.h"
 #include "client/cli/output/layer_stream.h"
@@ -38,18 +33,6 @@ namespace ccslice::cli {
 namespace {
 
 constexpr unsigned kMostStreams = 64;
-
-struct JobOptions {
-  MeshOptions mesh;
-  PartOptions parts;
-  PlacementOptions placement;
-  GridOptions grid;
-  PlaneOptions planes;
-  LayoutOptions layout;
-  PrintingOptions printing;
-  std::optional<double> smallest_feature_mm = std::nullopt;
-  std::string software;  // Empty, or "grabcad".
-};
 
 struct SliceOptions {
   JobOptions job;
@@ -66,95 +49,6 @@ struct SliceOptions {
   bool to_stdout() const { return output == "-"; }
 };
 
-void add_job_options(CLI::App& app, JobOptions& options) {
-  add_mesh_options(app, options.mesh);
-  add_part_options(app, options.parts);
-  add_grid_options(app, options.grid);
-  add_placement_options(app, options.placement);
-  add_plane_options(app, options.planes);
-  add_layout_options(app, options.layout);
-  add_printing_options(app, options.printing);
-  app.add_option("--smallest-feature", options.smallest_feature_mm,
-                 "Warn where the part is thinner than this, in mm; 0 for no such warning (default: two voxels across)")
-      ->group("Grid");
-  app.add_option("--format", options.software,
-                 "Write what this software takes. grabcad: slice_0.png, slice_1.png, ... as GrabCAD Voxel Print takes "
-                 "them, with up to 6 materials; give a --printer too")
-      ->check(CLI::IsMember({"grabcad"}))
-      ->group("Pictures");
-}
-
-/// Without the id of the mesh, which put_on_server() gives it.
-v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {
-  if (options.software == "grabcad") fit_to_grabcad(options.layout, options.planes);
-  v1::SliceJob job = parse_job(options.grid, options.placement, options.printing);
-  place_parts(options.mesh.mesh, options.parts, job);
-  *job.mutable_layout() = parse_layout(options.layout);
-  const v1::Printing* const printing = job.has_printing() ? &job.printing() : nullptr;
-  if (options.software == "grabcad") require_grabcad_materials(printing);
-  const bool with_contours = contours.format != ContourFormat::kNone;
-  for (v1::PlaneSpec& plane : parse_planes(options.planes, with_contours, printing)) {
-    *job.add_planes() = std::move(plane);
-  }
-  if (with_contours) job.mutable_contours()->set_by_cell_region(contours.by_region);
-  v1::Tolerances& tolerances = *job.mutable_tolerances();
-  if (options.planes.tolerance_mm) tolerances.set_contour_mm(*options.planes.tolerance_mm);
-  if (options.planes.channel_tolerance) tolerances.set_channel(*options.planes.channel_tolerance);
-  tolerances.set_prove_channels(options.planes.prove_channels);
-  return job;
-}
-
-/// By part: what its file calls vertices and cells.
-using PartNumbers = std::vector<std::optional<FileNumbers>>;
-
-/// Puts the options' meshes on the server. How near a fit has to come to its vertices follows from the voxels.
-PartNumbers put_on_server(Session& session, const JobOptions& options, v1::SliceJob& job) {
-  PartNumbers numbers;
-  for (int p = 0; p < job.parts_size(); ++p) {
-    MeshOptions mesh = options.mesh;
-    if (p > 0) mesh.mesh = options.parts.more[static_cast<std::size_t>(p) - 1];
-    if (const v1::VoxelPitch& pitch = job.grid().pitch(); job.grid().has_pitch()) {
-      mesh.meaning.voxel_mm = std::min({pitch.x_mm(), pitch.y_mm(), pitch.z_mm()});
-    }
-    session.forget_file();
-    job.mutable_parts(p)->set_mesh_id(ensure_on_server(session, mesh, options.placement));
-    numbers.push_back(session.file_numbers());
-  }
-  return numbers;
-}
-
-/// In the numbers of the parts' files.
-v1::PlanSlicesResponse in_numbers_of_files(v1::PlanSlicesResponse plan, const PartNumbers& numbers) {
-  if (numbers.size() == 1) return numbers.front() ? renumbered(plan, *numbers.front()) : plan;
-  for (v1::PlanWarning& warning : *plan.mutable_warnings()) {
-    if (!warning.has_part() || warning.part() >= numbers.size() || !numbers[warning.part()]) continue;
-    v1::PlanSlicesResponse alone;
-    *alone.add_warnings() = warning;
-    warning = renumbered(alone, *numbers[warning.part()]).warnings(0);
-  }
-  return plan;
-}
-
-v1::PlanSlicesResponse plan_of(Session& session, const JobOptions& options, const v1::SliceJob& job) {
-  v1::PlanSlicesRequest request;
-  *request.mutable_job() = job;
-  if (options.smallest_feature_mm) request.set_smallest_feature_mm(*options.smallest_feature_mm);
-  return session.client().plan(request, session.call());
-}
-
-void run_plan(Session& session, const JobOptions& options) {
-  v1::SliceJob job = job_of(options, {});
-  const PartNumbers parts = put_on_server(session, options, job);
-  const v1::PlanSlicesResponse plan = plan_of(session, options, job);
-  const std::optional<FileNumbers> numbers = parts.size() == 1 ? parts.front() : std::nullopt;
-  if (!session.options().json)
-    return print_line(numbers ? describe(plan, *numbers) : describe(in_numbers_of_files(plan, parts)));
-  JsonWriter json;
-  numbers ? add_json(renumbered(plan, *numbers), json, &*numbers, session.file_notes())
-          : add_json(in_numbers_of_files(plan, parts), json);
-  print_line(json.text());
-}
-
 ContourFiles contour_files_of(const SliceOptions& options) {
   const std::map<std::string_view, ContourFormat> formats = {
       {"json", ContourFormat::kJson}, {"csv", ContourFormat::kCsv}, {"svg", ContourFormat::kSvg}};
@@ -169,7 +63,7 @@ ContourFiles contour_files_of(const SliceOptions& options) {
 /// What the plan of a job for GrabCAD doesn't say.
 void warn_of_grabcad(const JobOptions& options, const v1::SliceJob& job, const v1::PlanSlicesResponse& plan) {
   if (const std::string unknown = unknown_resins(job.printing()); !unknown.empty()) print_note("warning: " + unknown);
-  if (!options.grid.printer.empty()) return;
+  if (job.has_printer()) return;
   print_note("note: without --printer nothing compares this job with a printer's pitch, tray and materials");
   if (plan.layer_count() < kFewestGrabcadLayers) {
     print_note("warning: GrabCAD takes no fewer than " + std::to_string(kFewestGrabcadLayers) +
@@ -287,6 +181,16 @@ void slice_job(Session& session, const SliceOptions& options, const PlannedJob& 
   warn_of_covered(result.outcome);
 }
 
+/// The outlines that the job's file asks for, in the form of the options: JSON if they don't say.
+void take_contours_of_file(const v1::SliceJob& job, SliceOptions& options, ContourFiles& contours) {
+  if (!job.has_contours() && contours.format != ContourFormat::kNone) {
+    throw UsageError("--contours: the job of " + options.job.file + " has none; add \"contours\": {} to it");
+  }
+  if (job.has_contours() && contours.format == ContourFormat::kNone) options.contours = "json";
+  contours = contour_files_of(options);
+  contours.by_region = job.contours().by_cell_region();
+}
+
 /// The plan of the job in the file's numbers, whose warnings are told.
 v1::PlanSlicesResponse told_plan(Session& session, const SliceOptions& options, const v1::SliceJob& job,
                                  const PartNumbers& numbers) {
@@ -314,13 +218,15 @@ PlannedJob plan_job(Session& session, const SliceOptions& options, const v1::Sli
   return job;
 }
 
-void run_slice(Session& session, const SliceOptions& options) {
+void run_slice(Session& session, SliceOptions options) {
   ContourFiles contours = contour_files_of(options);
   const bool for_grabcad = options.job.software == "grabcad";
   if (for_grabcad && contours.format != ContourFormat::kNone) {
     throw UsageError("--format grabcad writes pictures only; leave out --contours");
   }
   v1::SliceJob message = job_of(options.job, contours);
+  if (!options.job.file.empty()) take_contours_of_file(message, options, contours);
+  if (!options.job.file.empty() && for_grabcad) require_grabcad_job(message);
   if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
   if (options.share) parse_share("--share", *options.share);
   options.to_stdout() ? require_stream(session, options) : refuse_used_folder(options.output, existing_of(options));
@@ -345,21 +251,10 @@ void run_slice(Session& session, const SliceOptions& options) {
 
 }  // namespace
 
-Command add_plan(CLI::App& parent, CommonOptions& common) {
-  auto options = std::make_shared<JobOptions>();
-  CLI::App* app = parent.add_subcommand("plan", "Say what slicing would give: grid, layers, sizes, warnings");
-  add_job_options(*app, *options);
-  add_server_options(*app, common);
-  app->footer(
-      "Examples:\n  ccslice plan ring.ccmesh --pitch 0.0423,0.0846,0.03\n  ccslice plan part.vtk --dpi 600,300 "
-      "--layer-height 0.027 --rotate x=90\n  ccslice plan part.vtk --pitch 0.05 --box 10,10,0,30,20,4");
-  return {app, [options](Session& session) { run_plan(session, *options); }};
-}
-
 Command add_slice(CLI::App& parent, CommonOptions& common) {
   auto options = std::make_shared<SliceOptions>();
   CLI::App* app = parent.add_subcommand("slice", "Slice a mesh and write its layers to a folder");
-  add_job_options(*app, options->job);
+  add_job_options(*app, options->job, common);
   app->add_option(
          "-o,--output", options->output,
          "Folder for the layers, a contact sheet of them and manifest.json, which is written last; - for standard "
@@ -378,6 +273,7 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
   app->add_flag("--contours-by-cell-region", options->contours_by_cell_region,
                 "Write the outlines of each cell region by itself, interfaces included")
       ->group("Pictures");
+  options->job.said_in_files.push_back(app->get_option("--contours-by-cell-region"));
   app->add_flag("--no-contact-sheet", options->no_contact_sheet,
                 "Leave out contact_sheet.png, a picture of up to 24 of the layers");
   CLI::Option* force = app->add_flag("--force", options->force, "Replace the layers of an earlier run");
@@ -398,7 +294,8 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
       "  ccslice slice part.mesh --pitch 0.05 --box 10,10,0,30,20,4 --row-order descending -o corner\n"
       "  ccslice slice part.mesh --pitch 0.1 --share 2/8 --resume -o part-2\n"
       "  ccslice slice part.mesh --pitch 0.1 -o - >layers.tar\n"
-      "  ccslice slice body.vtk lid.vtk --at 0,0,0 --at 40,0,0 --pitch 0.1 -o tray");
+      "  ccslice slice body.vtk lid.vtk --at 0,0,0 --at 40,0,0 --pitch 0.1 --write-job tray.json -o tray\n"
+      "  ccslice slice --job tray.json body.vtk lid.vtk -o again");
   return {app, [options](Session& session) { run_slice(session, *options); }};
 }
 

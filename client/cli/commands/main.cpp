@@ -62,7 +62,7 @@ int run(const Program& program) {
     }
     return kExitOk;
   } catch (const std::exception& exception) {
-    const Failure failure = failure_of(exception);
+    const Failure failure = failure_of(exception, options.job_file);
     print_failure(failure, options.json);
     return failure.exit_code;
   }

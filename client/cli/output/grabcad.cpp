@@ -53,6 +53,18 @@ void require_grabcad_materials(const v1::Printing* printing) {
   }
 }
 
+void require_grabcad_job(const v1::SliceJob& job) {
+  const bool pictures = job.planes_size() == 1 && job.planes(0).has_materials() &&
+                        job.planes(0).encoding() == v1::PLANE_ENCODING_PNG_RGBA && !job.has_contours();
+  if (!pictures || job.layout().row_order() != v1::ROW_ORDER_DESCENDING_Y) {
+    throw UsageError(
+        "--format grabcad: the job isn't one for GrabCAD: one plane of materials as PLANE_ENCODING_PNG_RGBA, no "
+        "contours, "
+        "ROW_ORDER_DESCENDING_Y; --format grabcad with --write-job writes such a job");
+  }
+  require_grabcad_materials(job.has_printing() ? &job.printing() : nullptr);
+}
+
 std::string unknown_resins(const v1::Printing& printing) {
   std::vector<std::string> names;
   for (const v1::PrintMaterial& material : printing.materials()) {

@@ -26,6 +26,8 @@ inline constexpr std::uint32_t kFewestGrabcadLayers = 30;
 void fit_to_grabcad(LayoutOptions& layout, PlaneOptions& planes);
 /// Throws UsageError for materials that it doesn't take. `printing`: null if there are none.
 void require_grabcad_materials(const v1::Printing* printing);
+/// Throws UsageError for a job of a file that isn't made for it.
+void require_grabcad_job(const v1::SliceJob& job);
 /// A warning for people about names that it doesn't know; empty if there are none.
 std::string unknown_resins(const v1::Printing& printing);
 

@@ -10,6 +10,7 @@
 
 #include "client/cli/base/json_fields.h"
 #include "client/cli/base/message_json.h"
+#include "client/cli/options/job_file.h"
 #include "client/plane_encodings.h"
 #include "core/mesh_import/renumber_text.h"
 
@@ -199,6 +200,7 @@ std::string manifest(const client::SliceOutcome& outcome, const v1::SliceJob& sl
   for (const double entry : sliced.parts(0).placements(0).matrix()) json.value(entry);
   json.end_array();
   if (sliced.parts_size() > 1 || sliced.parts(0).placements_size() > 1) add_parts(sliced, json);
+  json.key("slice_job").raw(job_json(sliced));
   json.key("planes").begin_array();
   for (const v1::PlaneSpec& plane : outcome.header.planes()) add_plane(plane, json);
   json.end_array();

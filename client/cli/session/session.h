@@ -28,6 +28,7 @@ struct CommonOptions {
   double timeout_s = 0;       // 0: none.
   double patience_s = 120;    // client::RetryPolicy's.
   int attempts = 0;           // 0: any number.
+  std::string job_file;       // That says the job in place of options.
   bool json = false;
   bool quiet = false;
 };

@@ -42,7 +42,8 @@ _SAMPLE_TYPES = {
 
 Pitch = Union[float, Sequence[float]]
 Channels = Union[Iterable[str], Mapping[str, Any]]
-Meshes = Union[Mesh, str, Sequence[Part]]
+_OVERLAPS = {"count": job_pb2.PART_OVERLAPS_UNSPECIFIED, "refuse": job_pb2.PART_OVERLAPS_REFUSE}
+Meshes = Union[Mesh, str, Sequence[Part], job_pb2.SliceJob]
 OnPreparation = Callable[[mesh_pb2.GetPreparationResponse], None]
 Result = TypeVar("Result")
 
@@ -226,14 +227,24 @@ class Client:
 
     def plan(self, mesh: Meshes, pitch: Optional[Pitch] = None, **job: Any) -> plan_pb2.PlanSlicesResponse:
         """What slicing would give: grid, layers, sizes, warnings. Takes what slice() takes, but layers."""
-        request = plan_pb2.PlanSlicesRequest(job=self._job(mesh, pitch, **job))
+        request = plan_pb2.PlanSlicesRequest(job=self.job(mesh, pitch, **job))
         return self._call(lambda: self._stub.PlanSlices(request))
+
+    def job(self, mesh: Meshes, pitch: Optional[Pitch] = None, **job: Any) -> job_pb2.SliceJob:
+        """The job as the contract's message, which plan() and slice() take in place of a mesh. Takes what they take,
+        but layers. google.protobuf.json_format writes it as a file that `ccslice slice --job` takes, and reads one.
+        """
+        if not isinstance(mesh, job_pb2.SliceJob):
+            return self._job(mesh, pitch, **job)
+        if pitch is not None or job:
+            raise ValueError("a SliceJob says the whole job; leave out pitch and what else there is, or change the job")
+        return mesh
 
     def slice(self, mesh: Meshes, pitch: Optional[Pitch] = None, *, layers: Optional[range] = None,
               on_progress: Optional[Callable[[int, int], None]] = None, **job: Any) -> Iterator[Layer]:
         """The layers, one after the other, as they come.
 
-        mesh: a Mesh, or the id of an uploaded one; or a list of Parts.
+        mesh: a Mesh, or the id of an uploaded one; or a list of Parts; or a SliceJob, which says all but layers.
         pitch: of voxels in mm, three numbers or one for all; default: the printer's.
         layers: a range of them, counted in the grid, such as range(0, 10) for the first ten; default: all.
         channels: names, as float32; or {name: "uint8", "uint16" or "float32"}, integers over the channel's range.
@@ -244,14 +255,14 @@ class Client:
         contours: whether layers have their outlines. contours_by_cell_region: those of each cell region instead.
         printer: a printer's name. origin_mm, extent: of the grid.
         placement: (3, 4) or (4, 4) matrix, row by row; Parts have their own.
-        box_mm: ((x, y, z), (x, y, z)), only this box of it.
+        box_mm: ((x, y, z), (x, y, z)), only this box of it. overlaps: "count", or "refuse" voxels in several parts.
         contour_tolerance_mm, channel_tolerance, prove_channels: as the command line has them.
         on_progress: called with the number of layers done and of all.
 
         Raises ValueError for arguments that don't fit, when the first layer is asked for.
         """
         layers = _checked_layers(layers)
-        described = self._job(mesh, pitch, **job)
+        described = self.job(mesh, pitch, **job)
         plan = self._call(lambda: self._stub.PlanSlices(plan_pb2.PlanSlicesRequest(job=described)))
         first = plan.region.first_layer if plan.HasField("region") else 0
         if layers is None:
@@ -481,9 +492,10 @@ class Client:
              value_ranges: Optional[Mapping[str, Tuple[float, float]]] = None, occupancy: Optional[bool] = None,
              printing: Optional[Printing] = None, cell_regions: bool = False, contours: bool = False,
              contours_by_cell_region: bool = False, printer: Optional[str] = None, placement: Any = None,
-             origin_mm: Any = None, extent: Any = None, box_mm: Any = None, contour_tolerance_mm: Optional[float] = None,
-             channel_tolerance: Optional[float] = None, prove_channels: bool = False,
-             outside: Optional[float] = None) -> job_pb2.SliceJob:
+             origin_mm: Any = None, extent: Any = None, box_mm: Any = None,
+             contour_tolerance_mm: Optional[float] = None, channel_tolerance: Optional[float] = None,
+             prove_channels: bool = False, outside: Optional[float] = None,
+             overlaps: str = "count") -> job_pb2.SliceJob:
         job = job_pb2.SliceJob()
         if pitch is not None:
             size = job.grid.pitch
@@ -517,6 +529,9 @@ class Client:
         if channel_tolerance is not None:
             job.tolerances.channel = channel_tolerance
         job.tolerances.prove_channels = prove_channels
+        if overlaps not in _OVERLAPS:
+            raise ValueError(f"overlaps is one of {', '.join(_OVERLAPS)}, not {overlaps!r}")
+        job.overlaps = _OVERLAPS[overlaps]
         self._add_parts(job, mesh, placement)
         return job
 
@@ -536,6 +551,11 @@ class Client:
                                  priority=given.priority)
             for matrix in given.placements if given.placements is not None else ():
                 part.placements.add().matrix.extend(_matrix(matrix))
+            if (given.map is not None or given.region_maps) and not job.HasField("printing"):
+                raise ValueError("maps of Parts need the materials of a Printing: give printing")
+            for region, own in (given.region_maps or {}).items():
+                part.cell_region_maps.add(cell_region=region,
+                                          map=material_map(own, strict=job.printing.map.strict))
             if given.map is not None:
                 part.map.CopyFrom(material_map(given.map, strict=job.printing.map.strict))
             if given.seed is not None:

@@ -21,6 +21,7 @@ from unittest import mock
 
 import grpc
 import numpy as np
+from google.protobuf import json_format
 
 import ccslice
 import ccslice.client
@@ -291,6 +292,15 @@ class Values(unittest.TestCase):
         layer = next(self.client.slice([ccslice.Part(self.mesh), ccslice.Part(self.mesh, [right], map="black")], 1,
                                        printing=printing))
         self.assertEqual(layer.materials[0].tolist(), [1] * 10 + [0] * 5 + [2] * 10)
+        self.assertEqual(layer.voxels_covered, 0)
+        layer = next(self.client.slice(first, 1, occupancy=True))
+        self.assertEqual(layer.voxels_covered, 5 * layer.occupancy.shape[0])
+        with self.assertRaisesRegex(ccslice.CallError, "part 1.*part 2"):
+            next(self.client.slice(first, 1, overlaps="refuse"))
+        with self.assertRaisesRegex(ValueError, "overlaps is one of"):
+            self.client.plan(first, 1, overlaps="never")
+        with self.assertRaisesRegex(ValueError, "give printing"):
+            self.client.plan([ccslice.Part(self.mesh, map="black")], 1)
         for wrong in ([self.mesh], [ccslice.Part(self.mesh, name="a"), 3]):
             with self.assertRaises(ValueError):
                 self.client.plan(wrong, 1)
@@ -298,6 +308,17 @@ class Values(unittest.TestCase):
             self.client.plan(parts, 1, placement=right)
         with self.assertRaisesRegex(ccslice.CallError, "another part's"):
             self.client.plan([ccslice.Part(self.mesh, name="a"), ccslice.Part(self.mesh, name="a")], 1)
+
+    def test_a_job_is_a_message_that_files_hold(self):
+        job = self.client.job(self.mesh, 1, channels=["g"])
+        read = json_format.Parse(json_format.MessageToJson(job), type(job)())
+        self.assertEqual(read, job)
+        said = [layer.channels["g"] for layer in self.client.slice(self.mesh, 1, channels=["g"])]
+        for layer, expected in zip(self.client.slice(read), said):
+            np.testing.assert_array_equal(layer.channels["g"], expected)
+        self.assertEqual(self.client.plan(read).layer_count, len(said))
+        with self.assertRaisesRegex(ValueError, "says the whole job"):
+            self.client.plan(read, 1)
 
     def test_placements_have_three_rows_or_four(self):
         three = np.array([[0, -1, 0, 10], [1, 0, 0, 0], [0, 0, 1, 0]])

@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/commands/job_options.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+
+#include "client/cli/base/text_values.h"
+#include "client/cli/options/job_file.h"
+#include "client/cli/output/grabcad.h"
+#include "client/mesh_bytes.h"
+#include "core/base/count_text.h"
+#include "core/base/echo.h"
+
+namespace ccslice::cli {
+namespace {
+
+/// The job of a file, which says all of it.
+v1::SliceJob job_of_file(const JobOptions& options) {
+  for (const CLI::Option* option : options.said_in_files) {
+    if (option->count() == 0) continue;
+    throw UsageError(option->get_name() + ": --job says the whole job; leave the option out, or change the file");
+  }
+  v1::SliceJob job = read_job_file(options.file);
+  const std::size_t meshes = options.mesh.mesh.empty() ? 0 : 1 + options.parts.more.size();
+  if (meshes != 0 && meshes != static_cast<std::size_t>(job.parts_size())) {
+    throw UsageError("--job: " + options.file + " has " +
+                     count_text(static_cast<std::size_t>(job.parts_size()), "part") + ", and there are " +
+                     count_text(meshes, "mesh") + "; give one for each, or none");
+  }
+  return job;
+}
+
+/// Where a part's mesh is: the file that the command line or the job names, or an id.
+std::string mesh_of_part(const JobOptions& options, const v1::SliceJob& job, int p) {
+  if (!options.mesh.mesh.empty()) {
+    return p == 0 ? options.mesh.mesh : options.parts.more[static_cast<std::size_t>(p) - 1];
+  }
+  const std::string& id = job.parts(p).mesh_id();
+  if (id.empty()) {
+    throw UsageError("--job: parts[" + std::to_string(p) + "] of " + options.file +
+                     " has no mesh_id; give it an id or a path, or name the files as MESH");
+  }
+  return client::is_mesh_id(id) ? id : mesh_path(options.file, id);
+}
+
+}  // namespace
+
+void add_job_options(CLI::App& app, JobOptions& options, CommonOptions& common) {
+  add_mesh_options(app, options.mesh, false);
+  add_part_options(app, options.parts);
+  const auto is_new = [known = app.get_options()](const CLI::Option* option) {
+    return std::ranges::find(known, option) == known.end();
+  };
+  add_grid_options(app, options.grid);
+  add_placement_options(app, options.placement);
+  add_plane_options(app, options.planes);
+  add_layout_options(app, options.layout);
+  add_printing_options(app, options.printing);
+  std::ranges::copy_if(app.get_options(), std::back_inserter(options.said_in_files), is_new);
+  options.said_in_files.push_back(app.get_option("--at"));
+  const auto take_file = [&](const std::string& file) { options.file = common.job_file = file; };
+  app.add_option_function<std::string>(
+         "--job", take_file,
+         "Take the whole job from this file, a SliceJob in JSON as --write-job writes it, in place of options. "
+         "Its parts name their meshes by id, or by paths beside the file; MESH and MORE say where meshes are "
+         "that the server may lack, one for each part")
+      ->group("Job");
+  app.add_option("--write-job", options.written_file, "Write the job that the options say to this file, for --job")
+      ->group("Job");
+  app.add_option("--smallest-feature", options.smallest_feature_mm,
+                 "Warn where the part is thinner than this, in mm; 0 for no such warning (default: two voxels across)")
+      ->group("Grid");
+  app.add_option("--format", options.software,
+                 "Write what this software takes. grabcad: slice_0.png, slice_1.png, ... as GrabCAD Voxel Print takes "
+                 "them, with up to 6 materials; give a --printer too")
+      ->check(CLI::IsMember({"grabcad"}))
+      ->group("Pictures");
+}
+
+v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {
+  if (!options.file.empty()) return job_of_file(options);
+  if (options.mesh.mesh.empty()) throw UsageError("say what to slice: MESH, or a file with --job");
+  if (options.software == "grabcad") fit_to_grabcad(options.layout, options.planes);
+  v1::SliceJob job = parse_job(options.grid, options.placement, options.printing);
+  place_parts(options.mesh.mesh, options.parts, job);
+  *job.mutable_layout() = parse_layout(options.layout);
+  const v1::Printing* const printing = job.has_printing() ? &job.printing() : nullptr;
+  if (options.software == "grabcad") require_grabcad_materials(printing);
+  const bool with_contours = contours.format != ContourFormat::kNone;
+  for (v1::PlaneSpec& plane : parse_planes(options.planes, with_contours, printing)) {
+    *job.add_planes() = std::move(plane);
+  }
+  if (with_contours) job.mutable_contours()->set_by_cell_region(contours.by_region);
+  v1::Tolerances& tolerances = *job.mutable_tolerances();
+  if (options.planes.tolerance_mm) tolerances.set_contour_mm(*options.planes.tolerance_mm);
+  if (options.planes.channel_tolerance) tolerances.set_channel(*options.planes.channel_tolerance);
+  tolerances.set_prove_channels(options.planes.prove_channels);
+  return job;
+}
+
+PartNumbers put_on_server(Session& session, const JobOptions& options, v1::SliceJob& job) {
+  PartNumbers numbers;
+  for (int p = 0; p < job.parts_size(); ++p) {
+    MeshOptions mesh = options.mesh;
+    mesh.mesh = mesh_of_part(options, job, p);
+    if (const v1::VoxelPitch& pitch = job.grid().pitch(); job.grid().has_pitch()) {
+      mesh.meaning.voxel_mm = std::min({pitch.x_mm(), pitch.y_mm(), pitch.z_mm()});
+    }
+    session.forget_file();
+    const std::string id = ensure_on_server(session, mesh, options.placement);
+    if (const std::string& said = job.parts(p).mesh_id(); client::is_mesh_id(said) && said != id) {
+      throw UsageError("--job: parts[" + std::to_string(p) + "] of " + options.file + " is of the mesh " + said +
+                       ", and " + echoed(mesh.mesh) + " is " + id +
+                       "; give the file and the options that the job was written with");
+    }
+    job.mutable_parts(p)->set_mesh_id(id);
+    numbers.push_back(session.file_numbers());
+  }
+  if (!options.written_file.empty()) write_job_file(options.written_file, job);
+  return numbers;
+}
+
+v1::PlanSlicesResponse plan_of(Session& session, const JobOptions& options, const v1::SliceJob& job) {
+  v1::PlanSlicesRequest request;
+  *request.mutable_job() = job;
+  if (options.smallest_feature_mm) request.set_smallest_feature_mm(*options.smallest_feature_mm);
+  return session.client().plan(request, session.call());
+}
+
+v1::PlanSlicesResponse in_numbers_of_files(v1::PlanSlicesResponse plan, const PartNumbers& numbers) {
+  if (numbers.size() == 1) return numbers.front() ? renumbered(plan, *numbers.front()) : plan;
+  for (v1::PlanWarning& warning : *plan.mutable_warnings()) {
+    if (!warning.has_part() || warning.part() >= numbers.size() || !numbers[warning.part()]) continue;
+    v1::PlanSlicesResponse alone;
+    *alone.add_warnings() = warning;
+    warning = renumbered(alone, *numbers[warning.part()]).warnings(0);
+  }
+  return plan;
+}
+
+}  // namespace ccslice::cli

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The job of `plan` and `slice`: said by options or by a file, its meshes on the server, and its plan.
+
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ccslice/v1/job.pb.h"
+#include "ccslice/v1/plan.pb.h"
+#include "client/cli/meshes/mesh_source.h"
+#include "client/cli/meshes/numbering.h"
+#include "client/cli/options/job.h"
+#include "client/cli/options/part_places.h"
+#include "client/cli/options/placement.h"
+#include "client/cli/options/printing.h"
+#include "client/cli/output/layer_files.h"
+#include "client/cli/session/session.h"
+
+namespace ccslice::cli {
+
+struct JobOptions {
+  MeshOptions mesh;
+  PartOptions parts;
+  PlacementOptions placement;
+  GridOptions grid;
+  PlaneOptions planes;
+  LayoutOptions layout;
+  PrintingOptions printing;
+  std::optional<double> smallest_feature_mm = std::nullopt;
+  std::string software;  // Empty, or "grabcad".
+  std::string file;      // That says the job; empty: the options do.
+  std::string written_file;
+  std::vector<const CLI::Option*> said_in_files;  // Options that say what a file says.
+};
+
+void add_job_options(CLI::App& app, JobOptions& options, CommonOptions& common);
+
+/// The job. Where options say it, without the ids of meshes, which put_on_server() gives it. Throws UsageError.
+v1::SliceJob job_of(JobOptions options, const ContourFiles& contours);
+
+/// By part: what its file calls vertices and cells.
+using PartNumbers = std::vector<std::optional<FileNumbers>>;
+
+/// Puts the job's meshes on the server, and writes the job's file if one is wanted. How near a fit has to come to its
+/// vertices follows from the voxels.
+PartNumbers put_on_server(Session& session, const JobOptions& options, v1::SliceJob& job);
+
+v1::PlanSlicesResponse plan_of(Session& session, const JobOptions& options, const v1::SliceJob& job);
+
+/// The same in the numbers of the parts' files.
+v1::PlanSlicesResponse in_numbers_of_files(v1::PlanSlicesResponse plan, const PartNumbers& numbers);
+
+}  // namespace ccslice::cli

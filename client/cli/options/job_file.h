@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// A job as a file: the contract's SliceJob in protobuf's JSON, with the contract's names of fields. In a file the id of
+// a mesh may also be a path, relative to the file's folder, or left out where MESH is given.
+
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "ccslice/v1/job.pb.h"
+
+namespace ccslice::cli {
+
+/// In one line.
+std::string job_json(const v1::SliceJob& job);
+
+/// Reads one. Throws UsageError for what isn't a job, which names the file and the place, and Error for what can't be
+/// read.
+v1::SliceJob read_job_file(const std::string& path);
+
+/// Writes one, or leaves it as it is if it holds just this. Throws Error{kFileUnwritable} for a file with anything else
+/// in it.
+void write_job_file(const std::string& path, const v1::SliceJob& job);
+
+/// Where the mesh of a part of this file is. REQUIRES: it is no id.
+std::string mesh_path(const std::string& job_file, const std::string& mesh_id);
+
+}  // namespace ccslice::cli

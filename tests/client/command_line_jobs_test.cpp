@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The ccslice program: jobs as files.
+
+#include "tests/client/command_line.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "client/cli/base/exit_codes.h"
+
+namespace ccslice::client {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+TEST_F(CommandLine, SlicesAJobOfAFileAsItWasSaid) {
+  const std::vector<std::string> said = {
+      "slice",     box_,           "--pitch",    "0.5", "--at",        "1,0,0",          "--at", "9,9,0",
+      "--channel", "gradient:u16", "--contours", "svg", "--write-job", path("job.json"), "-o",   path("said")};
+  const ProcessResult first = run(said);
+  ASSERT_EQ(first.exit_code, cli::kExitOk) << first.err;
+  for (const std::vector<std::string>& meshes : {std::vector<std::string>{}, {box_}}) {
+    std::vector<std::string> again = {"slice",   "--job", path("job.json"), "--contours", "svg",
+                                      "--force", "-o",    path("again")};
+    again.insert(again.end(), meshes.begin(), meshes.end());
+    const ProcessResult result = run(again);
+    ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
+    for (const auto& entry : fs::directory_iterator(path("said"))) {
+      EXPECT_EQ(read_whole(entry.path().string()), read_whole(path("again/" + entry.path().filename().string())))
+          << entry.path();
+    }
+  }
+  EXPECT_EQ(run(said).exit_code, cli::kExitOutput) << "the layers are there";
+}
+
+TEST_F(CommandLine, TakesMeshesOfAJobFromFilesBesideIt) {
+  std::ofstream(path("job.json"))
+      << R"({"parts": [{"mesh_id": "box.ccmesh"}], "grid": {"pitch": {"x_mm": 1, "y_mm": 1, "z_mm": 1}},)"
+      << R"( "planes": [{"occupancy": {}, "encoding": "PLANE_ENCODING_PNG"}], "contours": {}})";
+  const ProcessResult planned = run({"plan", "--job", path("job.json"), "--json"});
+  ASSERT_EQ(planned.exit_code, cli::kExitOk) << planned.err;
+  EXPECT_EQ(json_at(planned.out, "layer_count").number_value(), 8);
+  const ProcessResult sliced = run({"slice", "--job", path("job.json"), "-o", path("out")});
+  ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
+  EXPECT_TRUE(fs::exists(path("out/layer_00000_contours.json")) || files_in("out") > 8 * 2);
+}
+
+TEST_F(CommandLine, SaysWhatIsWrongWithAJobOfAFile) {
+  const auto error_of = [&](const std::string& json, std::vector<std::string> more = {},
+                            cli::ExitCode code = cli::kExitUsage) {
+    std::ofstream(path("job.json")) << json;
+    more.insert(more.begin(), {"slice", "--job", path("job.json"), "-o", path("out")});
+    const ProcessResult result = run(more);
+    EXPECT_EQ(result.exit_code, code) << json << result.err;
+    return result.err;
+  };
+  const std::string good =
+      R"({"parts": [{"mesh_id": "box.ccmesh"}], "grid": {"pitch": {"x_mm": 1, "y_mm": 1, "z_mm": 1}},)"
+      R"( "planes": [{"occupancy": {}, "encoding": "PLANE_ENCODING_PNG"}]})";
+  EXPECT_THAT(error_of(good, {"--pitch", "1"}), AllOf(HasSubstr("--pitch"), HasSubstr("--job")));
+  EXPECT_THAT(error_of(good, {"--at", "1,1,1"}), HasSubstr("--at"));
+  EXPECT_THAT(error_of(good, {"--contours", "csv"}), HasSubstr("contours"));
+  EXPECT_THAT(error_of(good, {"--format", "grabcad"}), HasSubstr("PLANE_ENCODING_PNG_RGBA"));
+  EXPECT_THAT(error_of(good, {box_, box_}), HasSubstr("1 part"));
+  EXPECT_THAT(error_of(R"({"parts": [{}]})"), HasSubstr("parts[0]"));
+  EXPECT_THAT(error_of(R"({"parts": [{"mesh_id": "sha256:)" + std::string(64, '0') + R"("}]})", {box_}),
+              HasSubstr("is of the mesh sha256:000"));
+  EXPECT_THAT(error_of(R"({"parts": [{"mesh_id": "none.vtk"}]})", {}, cli::kExitInput), HasSubstr("none.vtk"));
+  EXPECT_THAT(
+      error_of(R"({"parts": [{"mesh_id": "box.ccmesh"}], "grid": {"pitch": {"x_mm": -1, "y_mm": 1, "z_mm": 1}}})"),
+      HasSubstr("job.json: grid.pitch.x_mm"));
+  EXPECT_THAT(run({"slice", "--pitch", "1", "-o", path("out")}).err, HasSubstr("--job"));
+}
+
+}  // namespace
+}  // namespace ccslice::client
