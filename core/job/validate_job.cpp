@@ -190,7 +190,7 @@ void validate_contour_tolerance(double tolerance_mm, const SliceLimits& limits) 
               "contour_tolerance_mm");
 }
 
-void validate_material_tolerance(double tolerance, const SliceLimits& limits) {
+void validate_channel_tolerance(double tolerance, const SliceLimits& limits) {
   if (tolerance >= 0 && tolerance <= limits.max_channel_tolerance) return;
   throw Error(ErrorCode::kToleranceInvalid,
               "channel_tolerance: " + number_text(tolerance) + " is outside [0, " +
@@ -228,7 +228,7 @@ void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceL
   validate_place(job.grid, limits);
   if (job.region) validate_region(job.grid, *job.region);
   validate_contour_tolerance(job.contour_tolerance_mm, limits);
-  if (job.channel_tolerance) validate_material_tolerance(*job.channel_tolerance, limits);
+  if (job.channel_tolerance) validate_channel_tolerance(*job.channel_tolerance, limits);
   if (job.planes.empty() && !job.contours) {
     throw Error(ErrorCode::kNothingRequested,
                 "planes: nothing is asked for; add an occupancy or a channel plane, or set contours", "planes");

@@ -17,17 +17,17 @@ namespace {
 constexpr double kRounding = 1e-13;    // Of values: some hundred units in the last place, below which nothing is known.
 constexpr double kOfConstants = 1e-9;  // Painted values are clamped to the channel's range: constants are always right.
 
-double default_material_tolerance(SampleType type) { return type == SampleType::kUint8 ? 1.0 / 1024 : 1.0 / 65536; }
+double default_channel_tolerance(SampleType type) { return type == SampleType::kUint8 ? 1.0 / 1024 : 1.0 / 65536; }
 
 class ToleranceList {
  public:
   ToleranceList(const SliceJob& job, std::span<const ChannelRange> channels) : job_(job), channels_(channels) {
     for (const PlaneSpec& plane : shown_channels(job)) {
       const double span = plane.range ? plane.range->max - plane.range->min : std::numeric_limits<double>::infinity();
-      add(plane.channel, span, default_material_tolerance(plane.sample_type));
+      add(plane.channel, span, default_channel_tolerance(plane.sample_type));
     }
     for (const PlaneSpec& plane : mixed_channels(job)) {
-      add(plane.channel, steepest_span(*job.printing, plane.channel), default_material_tolerance(SampleType::kUint8));
+      add(plane.channel, steepest_span(*job.printing, plane.channel), default_channel_tolerance(SampleType::kUint8));
     }
   }
   std::vector<ChannelTolerance> take() { return std::move(list_); }

@@ -114,7 +114,7 @@ void write_limits(const ServiceState& state, v1::GetServerInfoResponse& info) {
   slice.set_max_pitch_mm(state.slice_limits.max_pitch_mm);
   slice.set_min_contour_tolerance_mm(state.slice_limits.min_contour_tolerance_mm);
   slice.set_max_contour_tolerance_mm(state.slice_limits.max_contour_tolerance_mm);
-  slice.set_max_material_tolerance(state.slice_limits.max_channel_tolerance);
+  slice.set_max_channel_tolerance(state.slice_limits.max_channel_tolerance);
   slice.set_max_abs_coordinate_mm(state.slice_limits.max_abs_coordinate_mm);
   slice.set_max_planes(state.slice_limits.max_planes);
   slice.set_min_placement_scale(state.slice_limits.min_placement_scale);
