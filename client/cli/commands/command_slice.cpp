@@ -232,6 +232,7 @@ void run_slice(Session& session, SliceOptions options) {
   options.to_stdout() ? require_stream(session, options) : refuse_used_folder(options.output, existing_of(options));
   const PartNumbers numbers = put_on_server(session, options.job, message);
   const PlannedJob job = plan_job(session, options, message, numbers);
+  contours.by_part = message.parts_size() > 1 || message.parts(0).placements_size() > 1;
   const v1::Grid& grid = job.plan.grid();
   contours.box_mm = {grid.origin_mm().x(), grid.origin_mm().y(), grid.extent().columns() * grid.pitch().x_mm(),
                      grid.extent().rows() * grid.pitch().y_mm()};

@@ -60,7 +60,7 @@ std::set<std::string> extensions_of_ours() {
   return extensions;
 }
 
-std::string contours_as_json(const client::Layer& layer, bool by_region) {
+std::string contours_as_json(const client::Layer& layer, const ContourFiles& files) {
   JsonWriter json;
   json.begin_object().member("layer", layer.index).member("z_mm", layer.z_mm).key("loops").begin_array();
   for (const client::ContourLoop& loop : layer.contours) {
@@ -71,7 +71,12 @@ std::string contours_as_json(const client::Layer& layer, bool by_region) {
     json.end_array();
   }
   json.end_array();
-  if (by_region) {
+  if (files.by_part) {
+    json.key("placed_parts").begin_array();
+    for (const client::ContourLoop& loop : layer.contours) json.value(loop.placed_part);
+    json.end_array();
+  }
+  if (files.by_region) {
     json.key("cell_regions").begin_array();
     for (const client::ContourLoop& loop : layer.contours) json.value(loop.cell_region);
     json.end_array();
@@ -96,11 +101,14 @@ std::string contours_as_json(const client::Layer& layer, bool by_region) {
   return json.text() + "\n";
 }
 
-std::string contours_as_csv(const client::Layer& layer, bool by_region) {
-  std::string text = by_region ? "loop,x_mm,y_mm,cell_region\n" : "loop,x_mm,y_mm\n";
+std::string contours_as_csv(const client::Layer& layer, const ContourFiles& files) {
+  std::string text = "loop,x_mm,y_mm";
+  text += std::string(files.by_region ? ",cell_region" : "") + (files.by_part ? ",placed_part" : "") + "\n";
   for (std::size_t loop = 0; loop < layer.contours.size(); ++loop) {
-    const std::vector<double>& points = layer.contours[loop].points_mm;
-    const std::string end = (by_region ? "," + std::to_string(layer.contours[loop].cell_region) : "") + "\n";
+    const client::ContourLoop& of = layer.contours[loop];
+    const std::vector<double>& points = of.points_mm;
+    const std::string end = (files.by_region ? "," + std::to_string(of.cell_region) : "") +
+                            (files.by_part ? "," + std::to_string(of.placed_part) : "") + "\n";
     for (std::size_t i = 0; i + 1 < points.size(); i += 2) {
       text += std::to_string(loop) + "," + shortest(points[i]) + "," + shortest(points[i + 1]) + end;
     }
@@ -136,9 +144,9 @@ std::string contours_as_svg(const client::Layer& layer, const ContourFiles& file
 
 LayerFile contour_file(const std::string& prefix, const client::Layer& layer, const ContourFiles& files) {
   switch (files.format) {
-    case ContourFormat::kCsv: return {prefix + "_contours.csv", contours_as_csv(layer, files.by_region)};
+    case ContourFormat::kCsv: return {prefix + "_contours.csv", contours_as_csv(layer, files)};
     case ContourFormat::kSvg: return {prefix + "_contours.svg", contours_as_svg(layer, files)};
-    default: return {prefix + "_contours.json", contours_as_json(layer, files.by_region)};
+    default: return {prefix + "_contours.json", contours_as_json(layer, files)};
   }
 }
 
