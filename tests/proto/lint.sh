@@ -2,7 +2,8 @@
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Lints the contract with buf, which it installs under this folder when it is missing.
+# Lints the contract with buf, which it installs under this folder when it is missing, and compares it with the latest
+# release before this commit: from 1.0 on the contract only grows.
 
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
@@ -13,4 +14,8 @@ if [[ ! -x $buf || package-lock.json -nt $buf ]]; then
   touch $buf
 fi
 $buf lint ../../proto
-echo "proto: no findings"
+release=$(git describe --tags --abbrev=0 --match 'v[1-9]*' 2>/dev/null) || release=
+if [[ -n $release ]]; then
+  $buf breaking ../../proto --against "$(git rev-parse --path-format=absolute --git-common-dir)#tag=$release,subdir=proto"
+fi
+echo "proto: no findings${release:+; nothing that $release has is broken}"
