@@ -61,7 +61,7 @@ ContourFiles contour_files_of(const SliceOptions& options) {
 }
 
 /// What the plan of a job for GrabCAD doesn't say.
-void warn_of_grabcad(const JobOptions& options, const v1::SliceJob& job, const v1::PlanSlicesResponse& plan) {
+void warn_of_grabcad(const v1::SliceJob& job, const v1::PlanSlicesResponse& plan) {
   if (const std::string unknown = unknown_resins(job.printing()); !unknown.empty()) print_note("warning: " + unknown);
   if (job.has_printer()) return;
   print_note("note: without --printer nothing compares this job with a printer's pitch, tray and materials");
@@ -199,7 +199,7 @@ v1::PlanSlicesResponse told_plan(Session& session, const SliceOptions& options, 
   for (const v1::PlanWarning& warning : plan.warnings()) {
     print_note("warning: " + echoed(warning.message(), kMaxMessageBytes));
   }
-  if (options.job.software == "grabcad") warn_of_grabcad(options.job, job, plan);
+  if (options.job.software == "grabcad") warn_of_grabcad(job, plan);
   return plan;
 }
 

@@ -112,7 +112,7 @@ void check_space_options(const PictureOptions& options) {
     if (given) throw UsageError(std::string(option) + " is for cuts: name one with --plane, --layer or --sweep");
   }
   parse_view(options);
-  parse_printing(options.printing);
+  static_cast<void>(parse_printing(options.printing));
 }
 
 DrawnPicture draw_in_space(Session& session, const PictureOptions& options, const std::string& mesh_id) {
