@@ -53,6 +53,10 @@ LAYERS_OF_SHARE, MOST_SHARES, SLAB = 128, 64, 16
 PASSES = (5, 6, 7)  # Exit codes of ccslice's that another attempt may not meet: no server, interrupted, no room.
 ATTEMPTS, PAUSE_S = 20, 5
 LAST_PRIORITY = 9
+# The farm gives these itself, or nothing for them,
+OWN_OPTIONS = ("-o", "--output", "--share", "--resume", "--force", "--json", "-h", "--help", "--job", "--write-job")
+# and whom a worker trusts, with which token, isn't for a job to say.
+WORKERS_OPTIONS = ("--server", "--local", "--ca", "--cert", "--key", "--token-file")
 
 
 class PatientResults(RedisBackend):
@@ -213,6 +217,9 @@ def slice_share(self, name, number, count):
         return 0
     with telling_failure(folder, f"share {number}"):
         if not share.exists():
+            for option in job["options"]:  # The folder is anybody's who may submit.
+                if option.partition("=")[0] in WORKERS_OPTIONS:
+                    raise JobFailed(f"{option.partition('=')[0]} is for the worker's operator to say")
             own = own_folder(self, folder / "shares", number)
             run_ccslice(self, ["slice", f"./{job['mesh']}", *job["options"], "--share", f"{number}/{count}", "--resume",
                                "-o", str(own)], cwd=folder / "mesh", watched=own)
@@ -283,8 +290,10 @@ def layers_of(mesh, options):
     asked, wanted, rest = [], None, list(options)
     while rest:
         name, equals, value = rest.pop(0).partition("=")
-        if name in ("-o", "--output", "--share", "--resume", "--force", "--json", "-h", "--help"):
+        if name in OWN_OPTIONS:
             sys.exit(f"farm: {name} is what the farm gives itself, or nothing for it: leave it out")
+        if name in WORKERS_OPTIONS:
+            sys.exit(f"farm: {name} is for the worker's operator to say (CCSLICE_SERVER, ...): leave it out")
         if name not in flags:
             asked.append(name + equals + value)
             continue

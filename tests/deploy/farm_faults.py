@@ -55,6 +55,7 @@ def _try_submitting(row, trial, mesh):
     asks = {"a/b": ("a/b", mesh), "a name": ("a name", mesh), "no such file": ("gone", "gone.ccmesh"),
             "an unknown option": ("unknown", mesh, "--", "--pich", "1"),
             "an option of the farm's": ("own", mesh, "--", "--share", "1/2"),
+            "a server of its own": ("server", mesh, "--", "--pitch", "1", "--server=elsewhere:50051"),
             "more shares than layers make": ("many", mesh, "--shares", "500", "--", "--pitch", "1"),
             "no shares": ("none", mesh, "--shares", "0", "--", "--pitch", "1"),
             "layers beyond the last": ("beyond", mesh, "--", "--pitch", "1", "--layers", "5000..6000"),
