@@ -281,16 +281,22 @@ class MaskCache {
   Entries entries_;  // The one used last in front.
 };
 
-double rounded_ratio(double edge) {
+double rounded_ratio(double log_edge) {
   constexpr double kSteps = 64, kMost = 3;  // 2^3 = 8.
-  return std::exp2(std::clamp(std::round(std::log2(edge) * kSteps) / kSteps, -kMost, kMost));
+  return std::exp2(std::clamp(std::round(log_edge * kSteps) / kSteps, -kMost, kMost));
 }
 
 }  // namespace
 
 VoxelShape voxel_shape(double pitch_x_mm, double pitch_y_mm, double pitch_z_mm) {
-  const double edge = std::cbrt(pitch_x_mm) * std::cbrt(pitch_y_mm) * std::cbrt(pitch_z_mm);
-  return {rounded_ratio(pitch_x_mm / edge), rounded_ratio(pitch_y_mm / edge), rounded_ratio(pitch_z_mm / edge)};
+  const double x = std::log2(pitch_x_mm), y = std::log2(pitch_y_mm), z = std::log2(pitch_z_mm);
+  const double edge = (x + y + z) / 3;
+  // Setting a voxel changes the energies of all rows that the Gaussian reaches, pi (kReach kSigma)^2 / (y z) of them,
+  // and x y z = 1: so the edge along x bounds the time. Longer voxels take the mask of less slender ones.
+  constexpr double kLongestRow = 1;  // 2^1 = 2: 170 rows.
+  const double slenderness = std::min(1.0, kLongestRow / std::max(x - edge, kLongestRow));
+  return {rounded_ratio(slenderness * (x - edge)), rounded_ratio(slenderness * (y - edge)),
+          rounded_ratio(slenderness * (z - edge))};
 }
 
 BlueNoiseMask::BlueNoiseMask(const VoxelShape& shape, const CancellationToken& cancel) {

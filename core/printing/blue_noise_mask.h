@@ -38,7 +38,8 @@ struct VoxelShape {
 };
 
 /// The shape for a pitch, rounded to steps of 2^(1/64) and no longer or shorter than 8 : 1, so that nearly equal
-/// pitches share a mask. REQUIRES: positive, finite.
+/// pitches share a mask. Voxels that are longer along x than twice that cube's edge take the shape of less slender
+/// ones, with an edge of 2, so that each mask takes about a second. REQUIRES: positive, finite.
 VoxelShape voxel_shape(double pitch_x_mm, double pitch_y_mm, double pitch_z_mm);
 
 class BlueNoiseMask {

@@ -62,6 +62,17 @@ TEST(VoxelShape, ForgetsTheSizeAndKeepsTheRatio) {
   EXPECT_EQ(voxel_shape(1e-4, 1e3, 1).y, 8);
 }
 
+// A mask of 100 x 0.5 x 0.5 mm as it is would take 20 s.
+TEST(VoxelShape, IsLessSlenderForVoxelsThatAreLongAlongX) {
+  for (const auto& [x, y, z] : {std::array{100.0, 0.5, 0.5}, {1e3, 1e-4, 1e-4}, {0.5, 0.05, 0.1}}) {
+    const VoxelShape shape = voxel_shape(x, y, z);
+    EXPECT_NEAR(shape.x, 2, 1e-9);
+    EXPECT_GE(shape.y * shape.z, 0.49);
+    EXPECT_NEAR(std::log(shape.y / shape.z) * std::log(x / z), std::log(y / z) * std::log(shape.x / shape.z), 0.05);
+  }
+  EXPECT_NEAR(voxel_shape(0.1, 0.05, 0.05).x, std::cbrt(4), 0.02) << "others keep their shape";
+}
+
 TEST(SharedMask, IsMadeOnceForAllThreads) {
   std::vector<std::shared_ptr<const BlueNoiseMask>> masks(4);
   std::vector<std::thread> threads;
