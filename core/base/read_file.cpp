@@ -16,8 +16,18 @@ namespace ccslice {
 
 std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes) {
   std::error_code status;
-  if (std::filesystem::is_directory(path, status)) {
+  const std::filesystem::file_type type = std::filesystem::status(path, status).type();
+  if (type == std::filesystem::file_type::directory) {
     throw Error(ErrorCode::kFileUnreadable, path + " is a folder, not a file");
+  }
+  if (type == std::filesystem::file_type::character || type == std::filesystem::file_type::block) {
+    throw Error(ErrorCode::kFileUnreadable, path + " is a device, not a file");
+  }
+  const auto refuse = [&] {
+    throw Error(ErrorCode::kMeshTooLarge, path + " has more than " + std::to_string(max_bytes) + " bytes");
+  };
+  if (type == std::filesystem::file_type::regular && std::filesystem::file_size(path, status) > max_bytes && !status) {
+    refuse();
   }
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Error(ErrorCode::kFileUnreadable, "cannot open " + path + ": " + std::strerror(errno));
@@ -25,9 +35,7 @@ std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes) {
   std::vector<char> block(1 << 20);
   while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0) {
     bytes.append(block.data(), static_cast<std::size_t>(file.gcount()));
-    if (bytes.size() > max_bytes) {
-      throw Error(ErrorCode::kMeshTooLarge, path + " has more than " + std::to_string(max_bytes) + " bytes");
-    }
+    if (bytes.size() > max_bytes) refuse();
   }
   if (file.bad()) throw Error(ErrorCode::kFileUnreadable, "cannot read " + path + ": " + std::strerror(errno));
   return bytes;

@@ -63,8 +63,12 @@ bool AbaqusKeyword::has(std::string_view parameter) const {
   return std::ranges::any_of(parameters, [&](const auto& known) { return known.first == parameter; });
 }
 
-AbaqusLines::AbaqusLines(std::string_view bytes, std::string path) {
-  files_.push_back({std::move(path), {}, bytes});
+AbaqusLines::AbaqusLines(std::string_view bytes, const FileOrigin& origin) {
+  namespace fs = std::filesystem;
+  std::error_code unknown;
+  if (!origin.path.empty()) folders_.push_back(fs::weakly_canonical(fs::absolute(origin.path).parent_path(), unknown));
+  if (!origin.includes.empty()) folders_.push_back(fs::weakly_canonical(fs::absolute(origin.includes), unknown));
+  files_.push_back({origin.path, {}, bytes});
   places_.push_back({0, 0, 0});
 }
 
@@ -141,6 +145,11 @@ void AbaqusLines::include(std::string_view name) {
   }
   std::error_code status;
   const fs::path target = fs::weakly_canonical(found.front(), status);
+  if (!may_include(target)) {
+    fail_at(mark_, ErrorCode::kFileUnreadable,
+            shown + " is outside of the folder of " + files_.front().path +
+                ": allow the folder that it is in (--allow-includes), or put the file beside this one");
+  }
   if (++includes_ > kMostIncludes) {
     fail_at(mark_, ErrorCode::kMeshTooLarge, "more than " + std::to_string(kMostIncludes) + " includes");
   }
@@ -153,6 +162,12 @@ void AbaqusLines::include(std::string_view name) {
     fail_at(mark_, ErrorCode::kFileSyntax, shown + " includes itself: take one of the includes out");
   }
   places_.push_back({file, 0, 0});
+}
+
+bool AbaqusLines::may_include(const std::filesystem::path& target) const {
+  return std::ranges::any_of(folders_, [&](const std::filesystem::path& folder) {
+    return std::mismatch(folder.begin(), folder.end(), target.begin(), target.end()).first == folder.end();
+  });
 }
 
 std::size_t AbaqusLines::open(const std::string& path) {

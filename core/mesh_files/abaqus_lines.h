@@ -12,12 +12,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/mesh_import/mesh_file.h"
 
 namespace ccslice {
 
@@ -36,9 +38,9 @@ struct AbaqusKeyword {
 
 class AbaqusLines {
  public:
-  /// `bytes` must outlive the lines. `path` is where they come from; includes are relative to its folder. Without a
-  /// path there are none.
-  AbaqusLines(std::string_view bytes, std::string path);
+  /// `bytes` must outlive the lines. Includes are relative to the folder of the file that has them. They have to be in
+  /// the folder of origin.path, in origin.includes, or below: a file that somebody sent must not read others.
+  AbaqusLines(std::string_view bytes, const FileOrigin& origin);
 
   /// Goes on to the next line that isn't a comment. False behind the last one.
   bool next();
@@ -71,10 +73,12 @@ class AbaqusLines {
     std::size_t file, at, line;
   };
   bool next_raw();
+  bool may_include(const std::filesystem::path& target) const;
   std::size_t open(const std::string& path);
 
-  std::deque<File> files_;     // Each once, however often it is included.
-  std::vector<Place> places_;  // The file that is being read is the last one.
+  std::vector<std::filesystem::path> folders_;  // That files may be included from, canonical.
+  std::deque<File> files_;                      // Each once, however often it is included.
+  std::vector<Place> places_;                   // The file that is being read is the last one.
   std::size_t includes_ = 0;
   std::uint64_t included_bytes_ = 0;
   std::string_view line_;

@@ -42,8 +42,8 @@ bool is_one_of(std::span<const std::string_view> names, std::string_view name) {
 
 class AbaqusReader {
  public:
-  AbaqusReader(std::string_view bytes, const MeshLimits& limits, const std::string& path)
-      : lines_(bytes, path), limits_(limits) {}
+  AbaqusReader(std::string_view bytes, const MeshLimits& limits, const FileOrigin& origin)
+      : lines_(bytes, origin), limits_(limits) {}
 
   MeshFile read();
 
@@ -384,8 +384,8 @@ void AbaqusReader::warn() {
 
 }  // namespace
 
-MeshFile read_abaqus(std::string_view bytes, const MeshLimits& limits, const std::string& path) {
-  return AbaqusReader(bytes, limits, path).read();
+MeshFile read_abaqus(std::string_view bytes, const MeshLimits& limits, const FileOrigin& origin) {
+  return AbaqusReader(bytes, limits, origin).read();
 }
 
 }  // namespace ccslice

@@ -23,6 +23,6 @@ namespace ccslice {
 /// `path` is where the bytes come from; without it files can't include others. Throws Error{kFileSyntax,
 /// kFileUnsupported, kFileUnreadable, kMeshNonFinite, kMeshTooLarge, kMeshUnsupportedCell, kMeshIndexOutOfRange,
 /// kMeshEmpty}, which names the line, and the file if it is an included one.
-MeshFile read_abaqus(std::string_view bytes, const MeshLimits& limits = {}, const std::string& path = {});
+MeshFile read_abaqus(std::string_view bytes, const MeshLimits& limits = {}, const FileOrigin& origin = {});
 
 }  // namespace ccslice

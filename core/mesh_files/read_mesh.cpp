@@ -32,14 +32,14 @@ bool is_abaqus_keyword_or_comment(std::string_view word) {
   return word[1] == '*' || (word[1] >= 'a' && word[1] <= 'z') || (word[1] >= 'A' && word[1] <= 'Z');
 }
 
-MeshFile read_kind(MeshFileKind kind, std::string_view bytes, const MeshLimits& limits, const std::string& path) {
+MeshFile read_kind(MeshFileKind kind, std::string_view bytes, const MeshLimits& limits, const FileOrigin& origin) {
   switch (kind) {
     case MeshFileKind::kGmsh: return read_gmsh(bytes, limits);
     case MeshFileKind::kMedit: return read_medit(bytes, limits);
     case MeshFileKind::kVtk: return read_vtk(bytes, limits);
     case MeshFileKind::kVtu: return read_vtu(bytes, limits);
     case MeshFileKind::kOvm: return read_ovm(bytes, limits);
-    case MeshFileKind::kAbaqus: return read_abaqus(bytes, limits, path);
+    case MeshFileKind::kAbaqus: return read_abaqus(bytes, limits, origin);
     case MeshFileKind::kExodus: return read_exodus(bytes, limits);
     case MeshFileKind::kUnknown: break;
   }
@@ -109,12 +109,12 @@ MeshFileKind mesh_file_kind(std::string_view bytes) {
   return ovm ? MeshFileKind::kOvm : MeshFileKind::kUnknown;
 }
 
-MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits, const std::string& path) {
+MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits, const FileOrigin& origin) {
   const MeshFileKind kind = mesh_file_kind(bytes);
   // pugixml passes over the mark itself, and messages about .vtu files name bytes.
   if (kind != MeshFileKind::kVtu) bytes = without_utf8_mark(bytes);
-  MeshFile file = read_kind(kind, bytes, limits, path);
-  if (kind == MeshFileKind::kVtu && !path.empty()) add_partition_note(path, file);
+  MeshFile file = read_kind(kind, bytes, limits, origin);
+  if (kind == MeshFileKind::kVtu && !origin.path.empty()) add_partition_note(origin.path, file);
   resolve_collapsed_cells(file);
   recode_names(file);
   leave_out_numbers_with_known_names(file);

@@ -17,9 +17,8 @@ enum class MeshFileKind { kGmsh, kMedit, kVtk, kVtu, kOvm, kAbaqus, kExodus, kUn
 
 MeshFileKind mesh_file_kind(std::string_view bytes);
 
-/// Reads whichever kind `bytes` are of. `path` is where they come from; files that include others need it. Throws Error
-/// (1xx, 4xx).
-MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits = {}, const std::string& path = {});
+/// Reads whichever kind `bytes` are of. Throws Error (1xx, 4xx).
+MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits = {}, const FileOrigin& origin = {});
 
 /// What a file is that isn't any of them: of a known format that isn't read, with the remedy, or "neither a Gmsh file
 /// (...), nor ...", which callers may go on with.

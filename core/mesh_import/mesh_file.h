@@ -48,6 +48,12 @@ struct SecondOrderCells {
   std::vector<std::uint32_t> nodes;
 };
 
+/// Where a file's bytes come from, for formats whose files include others.
+struct FileOrigin {
+  std::string path{};      // Empty: nobody knows, and nothing is included.
+  std::string includes{};  // A folder that files may be included from, besides that of `path`; those below it, too.
+};
+
 struct MeshFile {
   ControlMesh mesh;
   std::vector<std::string> warnings;        // What the file held that was left out, a sentence each.

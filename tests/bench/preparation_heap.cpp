@@ -58,7 +58,7 @@ class StepWatch {
 };
 
 void print_figures(const std::string& path, int threads, bool allow_folds) {
-  ControlMesh mesh = read_mesh(read_file_bytes(path, kMostFileBytes), {}, path).mesh;
+  ControlMesh mesh = read_mesh(read_file_bytes(path, kMostFileBytes), {}, {path}).mesh;
   mesh.allow_folds |= allow_folds;
   const auto cells = static_cast<double>(mesh.cell_count());
   const auto print = [&](const char* what, std::uint64_t bytes) {

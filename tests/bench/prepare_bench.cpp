@@ -99,7 +99,7 @@ Subject sample(const std::string& name) {
 
 Subject file(const std::string& path) {
   const std::string bytes = read_file_bytes(path, kMostFileBytes);
-  return {std::filesystem::path(path).filename(), read_mesh(bytes, {}, path).mesh};
+  return {std::filesystem::path(path).filename(), read_mesh(bytes, {}, {path}).mesh};
 }
 
 int run(const Options& options) {

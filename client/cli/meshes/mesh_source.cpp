@@ -39,8 +39,6 @@
 namespace ccslice::cli {
 namespace {
 
-constexpr std::uint64_t kMaxFileBytes = 8ull << 30;
-
 void check_channel_names(const ControlMesh& mesh) {
   for (const std::string& name : mesh.channel_names) {
     if (!is_utf8(name)) throw Error(ErrorCode::kMeshBadChannel, "a channel name is not UTF-8", "channel_names");
@@ -95,8 +93,8 @@ void take_cell_numbers(const std::string& regions_from, const std::vector<CellMe
   }
 }
 
-MeshFile read_any(const std::string& bytes, const std::string& path) {
-  if (mesh_file_kind(bytes) != MeshFileKind::kUnknown) return read_mesh(bytes, {}, path);
+MeshFile read_any(const std::string& bytes, const FileOrigin& origin) {
+  if (mesh_file_kind(bytes) != MeshFileKind::kUnknown) return read_mesh(bytes, {}, origin);
   return {from_proto(parse_ccmesh(bytes)), {}};
 }
 
@@ -360,9 +358,9 @@ bool after_merging(bool joined, const Action& action) {
 
 LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) {
   refuse_broken_id(options.mesh);
-  std::string bytes = read_file_bytes(options.mesh, kMaxFileBytes);
+  std::string bytes = read_file_bytes(options.mesh, options.max_file_bytes);
   const bool contract = mesh_file_kind(bytes) == MeshFileKind::kUnknown;
-  MeshFile file = read_any(bytes, options.mesh);
+  MeshFile file = read_any(bytes, {options.mesh, options.allow_includes});
   const bool allows_folds = file.mesh.allow_folds;
   const bool leaves_nodes_out = !file.mesh.as_meshed && !file.mesh.mid_nodes.empty();
   const bool joined =
@@ -423,6 +421,15 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required, bo
   add_meaning_options(command, options.meaning);
   command
       .add_flag("--allow-folds", options.allow_folds, "Accept inverted cells with a warning instead of refusing them")
+      ->group("Mesh");
+  command
+      .add_option("--allow-includes", options.allow_includes,
+                  "A folder that an Abaqus file may include others from, besides its own folder and those below it")
+      ->group("Mesh");
+  command
+      .add_option("--max-file-bytes", options.max_file_bytes, "Refuse larger files: bytes, or a size such as 512MiB")
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str("8GiB")
       ->group("Mesh");
 }
 

@@ -34,6 +34,8 @@ struct MeshOptions {
   MeaningOptions meaning = {};
   MergeOptions merge = {};
   bool allow_folds = false;
+  std::string allow_includes = {};  // A folder.
+  std::uint64_t max_file_bytes = 8ull << 30;
   std::string regions_from = {};            // Numbers or sets of cells in the file.
   std::vector<std::string> cell_data = {};  // NAME=average.
   Vec3 scale = Vec3::Ones();                // What --scale does later: lengths are those of the printed size.

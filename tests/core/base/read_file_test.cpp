@@ -33,12 +33,15 @@ TEST(ReadFile, ReturnsAllBytesUpToTheLimit) {
   std::ofstream(path, std::ios::binary) << bytes;
   EXPECT_EQ(read_file_bytes(path, 6), bytes);
   EXPECT_EQ(code_of(path, 5), ErrorCode::kMeshTooLarge);
+  fs::resize_file(path, std::uintmax_t{3} << 40);  // Sparse: nothing of it is read.
+  EXPECT_EQ(code_of(path, std::uint64_t{8} << 30), ErrorCode::kMeshTooLarge);
   fs::remove(path);
 }
 
 TEST(ReadFile, NamesWhatCannotBeRead) {
   EXPECT_EQ(code_of("/no/such/file", 10), ErrorCode::kFileUnreadable);
   EXPECT_EQ(code_of(testing::TempDir(), 10), ErrorCode::kFileUnreadable);
+  EXPECT_EQ(code_of("/dev/zero", 10), ErrorCode::kFileUnreadable);
 }
 
 }  // namespace

@@ -175,7 +175,7 @@ class IncludedFiles : public testing::Test {
     std::ofstream(folder_ / name) << text;
     return (folder_ / name).string();
   }
-  static MeshFile read(const std::string& path) { return read_abaqus(read_file_bytes(path, 1 << 20), {}, path); }
+  static MeshFile read(const std::string& path) { return read_abaqus(read_file_bytes(path, 1 << 20), {}, {path}); }
 
   const fs::path folder_ = fs::path(testing::TempDir()) / ("ccslice_included_files_" + std::to_string(getpid()));
 };
@@ -190,7 +190,26 @@ TEST_F(IncludedFiles, StandWhereTheyAreNamed) {
   const MeshFile file = read(path);
   EXPECT_EQ(file.mesh.cell_count(), 2u);
   EXPECT_EQ(file.mesh.vertex_count(), 5u);
-  EXPECT_EQ(read_mesh(read_file_bytes(path, 1 << 20), {}, path).mesh.cell_count(), 2u);
+  EXPECT_EQ(read_mesh(read_file_bytes(path, 1 << 20), {}, {path}).mesh.cell_count(), 2u);
+}
+
+// Lest a file that somebody sent reads others, whose lines errors would repeat.
+TEST_F(IncludedFiles, StayBelowTheFolderUnlessAllowed) {
+  write("common/nodes.inp", "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n");
+  const std::string element = "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n";
+  const std::string path = write("deeper/main.inp", "*INCLUDE, INPUT=../common/nodes.inp\n" + element);
+  const auto read_with = [&](const std::string& allowed) {
+    return read_abaqus(read_file_bytes(path, 1 << 20), {}, {path, allowed});
+  };
+  expect_error([&] { read_with(""); }, ErrorCode::kFileUnreadable, "--allow-includes");
+  expect_error([&] { read_with((folder_ / "comm").string()); }, ErrorCode::kFileUnreadable, "--allow-includes");
+  EXPECT_EQ(read_with((folder_ / "common").string()).mesh.cell_count(), 1u);
+  EXPECT_EQ(read_with((folder_ / "deeper/..").string()).mesh.cell_count(), 1u);
+  fs::create_symlink("/etc/hostname", folder_ / "deeper/linked.inp");
+  write("deeper/main.inp", "*INCLUDE, INPUT=linked.inp\n");
+  expect_error([&] { read_with(""); }, ErrorCode::kFileUnreadable, "--allow-includes");
+  write("deeper/main.inp", "*INCLUDE, INPUT=/etc/hostname\n");
+  expect_error([&] { read_with(""); }, ErrorCode::kFileUnreadable, "outside of the folder");
 }
 
 TEST_F(IncludedFiles, AreNamedWithTheirLines) {

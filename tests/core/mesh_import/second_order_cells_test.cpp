@@ -48,7 +48,7 @@ Vec3 bent_middle(const Corners& corners) {
 
 MeshFile read_house(const std::string& name) {
   const std::string path = CCSLICE_TEST_DATA_DIR "/meshes/" + name;
-  return read_mesh(read_file_bytes(path, 1 << 20), {}, path);
+  return read_mesh(read_file_bytes(path, 1 << 20), {}, {path});
 }
 
 class BentHouse : public testing::TestWithParam<const char*> {};
