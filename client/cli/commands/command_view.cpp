@@ -3,6 +3,7 @@
 
 #include <spawn.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
@@ -11,7 +12,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <system_error>
 #include <thread>
 
 #include "client/cli/base/console.h"
@@ -31,10 +34,43 @@ struct ViewOptions {
   bool no_open = false;
 };
 
-/// Hands the address to the desktop, where there is one. What the program says goes nowhere.
-void open_browser(const std::string& address) {
-  if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
-  std::string program = "xdg-open", argument = address;
+/// A page that leads to the address, for its owner's eyes only: everybody reads the arguments of programs, and the
+/// address has the token. Gone with this object.
+class LeadingPage {
+ public:
+  explicit LeadingPage(const std::string& address) {
+    const char* const own = std::getenv("XDG_RUNTIME_DIR");
+    std::string path = (own ? std::filesystem::path(own) : std::filesystem::temp_directory_path()) /
+                       ("ccslice-" + std::string(6, 'X') + ".html");  // What mkstemps() fills in.
+    constexpr int kEnding = 5;
+    const int descriptor = ::mkstemps(path.data(), kEnding);  // Mode 0600.
+    if (descriptor < 0) return;
+    const std::string page = "<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=" + address + "\">\n";
+    const bool written = ::write(descriptor, page.data(), page.size()) == static_cast<ssize_t>(page.size());
+    ::close(descriptor);
+    path_ = path;
+    if (!written) remove();
+  }
+  ~LeadingPage() { remove(); }
+  LeadingPage(const LeadingPage&) = delete;
+  LeadingPage& operator=(const LeadingPage&) = delete;
+
+  /// Empty if there is none.
+  const std::string& path() const { return path_; }
+
+ private:
+  void remove() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove(path_, ignored);
+    path_.clear();
+  }
+  std::string path_;
+};
+
+/// Hands a page to the desktop, where there is one. What the program says goes nowhere.
+void open_browser(const std::string& path) {
+  if (path.empty()) return;
+  std::string program = "xdg-open", argument = path;
   char* arguments[] = {program.data(), argument.data(), nullptr};
   pid_t child = 0;
   posix_spawn_file_actions_t quiet;
@@ -60,7 +96,9 @@ void run_view(Session& session, const ViewOptions& options) {
   tell_address(session, server.address());
   std::fflush(stdout);  // Somebody waits for it.
   if (!session.quiet()) print_note("open this address in a browser; Ctrl-C ends it");
-  if (!options.no_open) open_browser(server.address());
+  const bool has_desktop = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
+  std::optional<LeadingPage> page;
+  if (!options.no_open && has_desktop) open_browser(page.emplace(server.address()).path());
   std::atomic<bool> over{false};
   std::thread interrupted([&] {
     constexpr std::chrono::milliseconds kLook(100);

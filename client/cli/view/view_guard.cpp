@@ -10,7 +10,8 @@
 namespace ccslice::cli {
 namespace {
 
-constexpr std::string_view kCookie = "ccslice_view";
+/// Browsers send cookies to all ports of a host: each view has one of its own.
+std::string cookie_name(std::uint16_t port) { return "ccslice_view_" + std::to_string(port); }
 
 /// The value of a cookie, empty if there is none of that name.
 std::string_view cookie_of(std::string_view header, std::string_view name) {
@@ -56,7 +57,7 @@ std::optional<ViewRefusal> ViewGuard::refuse_stranger(const ViewRequest& request
 std::optional<ViewRefusal> ViewGuard::refuse_without_token(const ViewRequest& request) const {
   constexpr int kUnauthorized = 401;
   constexpr std::string_view kBearer = "Bearer ";
-  if (is_token(cookie_of(request.cookie, kCookie))) return std::nullopt;
+  if (is_token(cookie_of(request.cookie, cookie_name(port_)))) return std::nullopt;
   if (request.authorization.starts_with(kBearer) && is_token(request.authorization.substr(kBearer.size()))) {
     return std::nullopt;
   }
@@ -66,7 +67,7 @@ std::optional<ViewRefusal> ViewGuard::refuse_without_token(const ViewRequest& re
 }
 
 std::string ViewGuard::cookie() const {
-  return std::string(kCookie) + "=" + token_ + "; Path=/; HttpOnly; SameSite=Strict";
+  return cookie_name(port_) + "=" + token_ + "; Path=/; HttpOnly; SameSite=Strict";
 }
 
 std::string random_token() {

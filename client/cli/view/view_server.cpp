@@ -29,7 +29,8 @@ namespace ccslice::cli {
 namespace {
 
 constexpr std::size_t kMostBodyBytes = 4 << 20;
-constexpr int kBadRequest = 400, kConflict = 409, kNotFound = 404, kTooMany = 429, kInternal = 500, kAway = 503;
+constexpr int kBadRequest = 400, kConflict = 409, kNotFound = 404, kLengthRequired = 411, kTooMany = 429,
+              kInternal = 500, kAway = 503;
 
 void answer_error(int status, const std::string& reason, const std::string& message, httplib::Response& response) {
   JsonWriter json;
@@ -300,10 +301,18 @@ ViewServer::ViewServer(Session& session, ViewedMesh mesh, std::uint16_t port)
   });
   state.server.set_pre_routing_handler([&state](const httplib::Request& request, httplib::Response& response) {
     std::array<std::string, 4> texts;
-    const auto refusal = state.guard->refuse_stranger(headers_of(request, texts));
-    if (!refusal) return httplib::Server::HandlerResponse::Unhandled;
-    answer_error(refusal->status, "STRANGER", refusal->message, response);
-    return httplib::Server::HandlerResponse::Handled;
+    if (const auto refusal = state.guard->refuse_stranger(headers_of(request, texts))) {
+      answer_error(refusal->status, "STRANGER", refusal->message, response);
+      return httplib::Server::HandlerResponse::Handled;
+    }
+    // The library bounds bodies by the length that they announce, and chunked ones not at all.
+    if (request.has_header("Transfer-Encoding")) {
+      answer_error(kLengthRequired, "REQUEST_MALFORMED", "a body needs a Content-Length", response);
+      return httplib::Server::HandlerResponse::Handled;
+    }
+    // A thousand ranges of a file would be a thousand copies of it. Servers may ignore ranges.
+    const_cast<httplib::Request&>(request).ranges.clear();
+    return httplib::Server::HandlerResponse::Unhandled;
   });
   state.add_files();
   state.add_calls();

@@ -123,6 +123,11 @@ HttpServer::HttpServer(const std::string& address, Page page) : impl_(std::make_
     const int yes = 1;
     ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
   });
+  // A thousand ranges of a page would be a thousand copies of it. Servers may ignore ranges.
+  server.set_pre_routing_handler([](const httplib::Request& request, httplib::Response&) {
+    const_cast<httplib::Request&>(request).ranges.clear();
+    return httplib::Server::HandlerResponse::Unhandled;
+  });
   server.Get(".*", [page = std::move(page)](const httplib::Request& request, httplib::Response& response) {
     const HttpAnswer answer = page(request.path);
     response.status = answer.status;

@@ -42,11 +42,12 @@ TEST(ViewGuard, RefusesPagesOfOtherSites) {
 }
 
 TEST(ViewGuard, WantsTheTokenInACookieOrAHeader) {
-  EXPECT_EQ(token_status_for({.cookie = "ccslice_view=0123456789abcdef"}), 200);
-  EXPECT_EQ(token_status_for({.cookie = "a=b; ccslice_view=0123456789abcdef; c=d"}), 200);
+  EXPECT_EQ(token_status_for({.cookie = "ccslice_view_4711=0123456789abcdef"}), 200);
+  EXPECT_EQ(token_status_for({.cookie = "a=b; ccslice_view_4711=0123456789abcdef; c=d"}), 200);
   EXPECT_EQ(token_status_for({.authorization = "Bearer 0123456789abcdef"}), 200);
-  for (const char* cookie : {"", "ccslice_view=", "ccslice_view=0123456789abcdeF", "xccslice_view=0123456789abcdef",
-                             "ccslice_view=0123456789abcdef0", "ccslice_view", ";;;="}) {
+  for (const char* cookie :
+       {"", "ccslice_view_4711=", "ccslice_view_4711=0123456789abcdeF", "xccslice_view_4711=0123456789abcdef",
+        "ccslice_view_4711=0123456789abcdef0", "ccslice_view_4711", "ccslice_view_4712=0123456789abcdef", ";;;="}) {
     EXPECT_EQ(token_status_for({.cookie = cookie}), 401) << cookie;
   }
   for (const char* header : {"Bearer", "Bearer ", "0123456789abcdef", "Basic 0123456789abcdef"}) {
@@ -56,7 +57,7 @@ TEST(ViewGuard, WantsTheTokenInACookieOrAHeader) {
 }
 
 TEST(ViewGuard, CookiesStayOnTheirSite) {
-  EXPECT_EQ(kGuard.cookie(), "ccslice_view=0123456789abcdef; Path=/; HttpOnly; SameSite=Strict");
+  EXPECT_EQ(kGuard.cookie(), "ccslice_view_4711=0123456789abcdef; Path=/; HttpOnly; SameSite=Strict");
 }
 
 TEST(ViewGuard, TokensDiffer) {

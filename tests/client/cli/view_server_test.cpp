@@ -102,6 +102,20 @@ TEST_F(View, GivesItsPageToAnybodyAndItsCallsToTheToken) {
       403);
 }
 
+TEST_F(View, IgnoresRangesAndRefusesBodiesWithoutALength) {
+  std::string ranges = "bytes=0-";
+  for (int i = 0; i < 500; ++i) ranges += ",0-";
+  const auto page = http_->Get("/view.js", {{"Range", ranges}});
+  ASSERT_TRUE(page);
+  EXPECT_EQ(page->status, 200);
+  EXPECT_EQ(page->body, http_->Get("/view.js")->body);
+  const auto chunked = http_->Post(
+      "/api/preview", bearer(), [](std::size_t, httplib::DataSink& sink) { return sink.done(), true; },
+      "application/json");
+  ASSERT_TRUE(chunked);
+  EXPECT_EQ(chunked->status, 411);
+}
+
 TEST_F(View, ChangesTheTokenForACookie) {
   EXPECT_EQ(http_->Post("/api/session", R"({"token":"0"})", "application/json")->status, 401);
   for (const char* body : {"token", "", "[]", "{}", R"({"token":7})", R"({"token":{"token":""}})", R"({"token":""})"}) {

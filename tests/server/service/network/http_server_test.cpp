@@ -63,6 +63,16 @@ TEST(HttpServerTest, ServesPages) {
   EXPECT_NE(ask_http(server.address(), get("/page")).find("200"), std::string::npos);
 }
 
+TEST(HttpServerTest, IgnoresRanges) {
+  const HttpServer server("127.0.0.1:0",
+                          [](const std::string&) { return HttpAnswer{.status = 200, .text = std::string(1000, 'a')}; });
+  std::string request = "GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\nRange: bytes=0-";
+  for (int i = 0; i < 500; ++i) request += ",0-";
+  const std::string answer = ask_http(server.address(), request + "\r\n\r\n");
+  EXPECT_NE(answer.find("200"), std::string::npos) << answer.substr(0, 500);
+  EXPECT_LT(answer.size(), 2000u);
+}
+
 TEST(HttpServerTest, SaysThatAPortIsTaken) {
   const auto none = [](const std::string&) { return HttpAnswer{}; };
   const HttpServer server("127.0.0.1:0", none);
