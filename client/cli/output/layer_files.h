@@ -30,8 +30,8 @@ enum class ContourFormat { kNone, kJson, kCsv, kSvg };
 struct ContourFiles {
   ContourFormat format = ContourFormat::kNone;
   bool by_region = false;
-  bool by_part = false;               // Which placed part each is of, in jobs of several.
   std::array<double, 4> box_mm = {};  // What drawings show: the grid's lowest x and y, width and height.
+  bool by_part = false;               // Which placed part each is of, in jobs of several.
 };
 
 /// How the files of layers are named.

@@ -69,7 +69,7 @@ TEST(ParseFit, TakesItsTwoWays) {
 TEST_F(FittedFile, PassesThroughItsVerticesAtItsSize) {
   const std::string path = file_of(oracle::box_mesh(4, 4, 4, 10));
   const LoadedMesh loaded =
-      load_mesh({.mesh = path, .size = {.size = "60"}, .meaning = {.smooth = true, .interpolate = "all"}});
+      load_mesh({.mesh = path, .size = {.size = "60"}, .meaning = {.smooth = true, .fit = "all"}});
   EXPECT_TRUE(loaded.mesh.interpolating);
   const LimitShape shape = measure_limit(loaded.mesh);
   EXPECT_NEAR(shape.bounding_box.sizes().maxCoeff(), 60, 1e-6) << "--size is that of the limit";
@@ -85,7 +85,7 @@ TEST_F(FittedFile, PassesThroughItsVerticesAtItsSize) {
                         EndsWith("keep more edges sharp (--sharp-angle, --sharp-reentrant), or use a finer "
                                  "mesh there; --fit=boundary swells as much"))))
       << "and nothing of edges that --smooth lets it round";
-  const LoadedMesh boundary = load_mesh({.mesh = path, .meaning = {.smooth = true, .interpolate = "boundary"}});
+  const LoadedMesh boundary = load_mesh({.mesh = path, .meaning = {.smooth = true, .fit = "boundary"}});
   EXPECT_THAT(boundary.warnings, Contains(EndsWith("or use a finer mesh there"))) << "as whoever gave it knows";
 }
 
@@ -93,9 +93,9 @@ TEST_F(FittedFile, NotesHaveLengthsOfThePrintedSize) {
   const std::string path = file_of(oracle::box_mesh(4, 4, 4, 10));
   const std::vector<std::string> grades = {"d=distance:0..1:150"};
   const LoadedMesh scaled = load_mesh(
-      {.mesh = path, .grades = grades, .meaning = {.smooth = true, .interpolate = "all"}, .scale = Vec3::Constant(10)});
-  const LoadedMesh in_cm = load_mesh(
-      {.mesh = path, .grades = grades, .size = {.units = "cm"}, .meaning = {.smooth = true, .interpolate = "all"}});
+      {.mesh = path, .grades = grades, .meaning = {.smooth = true, .fit = "all"}, .scale = Vec3::Constant(10)});
+  const LoadedMesh in_cm =
+      load_mesh({.mesh = path, .grades = grades, .size = {.units = "cm"}, .meaning = {.smooth = true, .fit = "all"}});
   EXPECT_GE(scaled.warnings.size(), 3u);
   EXPECT_EQ(scaled.warnings, in_cm.warnings);
   EXPECT_EQ(scaled.mesh.channel_values, in_cm.mesh.channel_values);
@@ -106,7 +106,7 @@ TEST_F(FittedFile, NotesHavePlacesAndOffsetsOfThePrintedPart) {
   const auto swelling = [&](const Vec3& scale) {
     std::smatch found;
     const std::string note =
-        load_mesh({.mesh = path, .meaning = {.smooth = true, .interpolate = "all"}, .scale = scale}).warnings.back();
+        load_mesh({.mesh = path, .meaning = {.smooth = true, .fit = "all"}, .scale = scale}).warnings.back();
     EXPECT_TRUE(std::regex_search(note, found,
                                   std::regex("by ([0-9.]+) mm off .*near \\(([-0-9.]+), ([-0-9.]+), ([-0-9.]+)\\)")))
         << note;
@@ -122,8 +122,7 @@ TEST_F(FittedFile, NotesHavePlacesAndOffsetsOfThePrintedPart) {
 
 TEST_F(FittedFile, OfSharpEdgesSwellsNowhere) {
   const std::string path = file_of(oracle::box_mesh(3, 3, 3, 10));
-  const LoadedMesh loaded =
-      load_mesh({.mesh = path, .meaning = {.sharp = {.angle_deg = 40}, .interpolate = "boundary"}});
+  const LoadedMesh loaded = load_mesh({.mesh = path, .meaning = {.sharp = {.angle_deg = 40}, .fit = "boundary"}});
   const Deviation deviation = measure_limit(loaded.mesh).deviation;
   EXPECT_NEAR(deviation.limit_volume_mm3, 27000, 1e-6);
   EXPECT_THAT(loaded.warnings,
@@ -133,9 +132,8 @@ TEST_F(FittedFile, OfSharpEdgesSwellsNowhere) {
 /// Grades are those of the part, not of its control points.
 TEST_F(FittedFile, HasItsGradesAtItsVertices) {
   const ControlMesh box = oracle::box_mesh(4, 4, 4, 10);
-  const LoadedMesh loaded = load_mesh({.mesh = file_of(box),
-                                       .grades = {"h=z:1..5", "d=distance:0..1:20"},
-                                       .meaning = {.smooth = true, .interpolate = "all"}});
+  const LoadedMesh loaded = load_mesh(
+      {.mesh = file_of(box), .grades = {"h=z:1..5", "d=distance:0..1:20"}, .meaning = {.smooth = true, .fit = "all"}});
   const ControlMesh meant = mesh_of_limit_points(loaded.mesh);
   for (std::size_t v = 0; v < meant.vertex_count(); ++v) {
     const Vec3& p = meant.positions[v];
@@ -152,7 +150,7 @@ TEST_F(FittedFile, HasItsGradesWhereItsVerticesEndUp) {
     if (inside && std::lround(p.x()) == 2) p.x() = 1.1;
   }
   const LoadedMesh at_once =
-      load_mesh({.mesh = file_of(box), .grades = {"h=x:0..4"}, .meaning = {.smooth = true, .interpolate = "boundary"}});
+      load_mesh({.mesh = file_of(box), .grades = {"h=x:0..4"}, .meaning = {.smooth = true, .fit = "boundary"}});
   const ControlMesh met = mesh_of_limit_points(at_once.mesh);
   double farthest = 0;
   for (std::size_t v = 0; v < met.vertex_count(); ++v) {
@@ -165,11 +163,9 @@ TEST_F(FittedFile, HasItsGradesWhereItsVerticesEndUp) {
 
 TEST_F(FittedFile, MayBeGradedAndSizedAfterwards) {
   const ControlMesh box = oracle::box_mesh(3, 3, 3, 10);
-  const LoadedMesh at_once = load_mesh({.mesh = file_of(box),
-                                        .grades = {"h=z"},
-                                        .size = {.size = "20"},
-                                        .meaning = {.smooth = true, .interpolate = "all"}});
-  const LoadedMesh fitted = load_mesh({.mesh = file_of(box), .meaning = {.smooth = true, .interpolate = "all"}});
+  const LoadedMesh at_once = load_mesh(
+      {.mesh = file_of(box), .grades = {"h=z"}, .size = {.size = "20"}, .meaning = {.smooth = true, .fit = "all"}});
+  const LoadedMesh fitted = load_mesh({.mesh = file_of(box), .meaning = {.smooth = true, .fit = "all"}});
   const LoadedMesh later =
       load_mesh({.mesh = file_of(fitted.mesh, "fitted.ccmesh"), .grades = {"h=z"}, .size = {.size = "20"}});
   ASSERT_TRUE(later.mesh.interpolating);
@@ -178,7 +174,7 @@ TEST_F(FittedFile, MayBeGradedAndSizedAfterwards) {
     EXPECT_NEAR(later.mesh.channel_values[v], at_once.mesh.channel_values[v], 1e-6) << v;
   }
   for (const MeshOptions& again :
-       {MeshOptions{.mesh = file_of(fitted.mesh, "fitted.ccmesh"), .meaning = {.smooth = true, .interpolate = "all"}},
+       {MeshOptions{.mesh = file_of(fitted.mesh, "fitted.ccmesh"), .meaning = {.smooth = true, .fit = "all"}},
         MeshOptions{.mesh = file_of(fitted.mesh, "fitted.ccmesh"), .meaning = {.sharp = {.angle_deg = 40}}}}) {
     EXPECT_THAT(error_of(again), HasSubstr("fitted.ccmesh are fitted already"));
   }
@@ -189,8 +185,7 @@ TEST_F(FittedFile, KnowsWhatItsFitMissed) {
   ControlMesh dented = oracle::box_mesh(1, 1, 1, 10);
   dented.positions[0] += Vec3(1, 1, 1);
   const double missed_mm = std::sqrt(3.0) / 8, volume = measure_limit(dented).deviation.control_volume_mm3;
-  const LoadedMesh fitted =
-      load_mesh({.mesh = file_of(dented), .meaning = {.smooth = true, .interpolate = "boundary"}});
+  const LoadedMesh fitted = load_mesh({.mesh = file_of(dented), .meaning = {.smooth = true, .fit = "boundary"}});
   const std::string json = (folder_.path() / "fitted.json").string();
   write_file(json, to_json(to_proto(fitted.mesh)));
   for (const std::string& path : {file_of(fitted.mesh, "fitted.ccmesh"), json}) {
@@ -208,8 +203,8 @@ TEST_F(FittedFile, KnowsWhatItsFitMissed) {
     EXPECT_NEAR(deviation.farthest.distance_mm(), scale * missed_mm, 1e-5);
     EXPECT_NEAR(deviation.control_volume_mm3, std::pow(scale, 3) * volume, 1e-4);
   }
-  const LoadedMesh sized = load_mesh(
-      {.mesh = file_of(dented), .size = {.units = "in"}, .meaning = {.smooth = true, .interpolate = "boundary"}});
+  const LoadedMesh sized =
+      load_mesh({.mesh = file_of(dented), .size = {.units = "in"}, .meaning = {.smooth = true, .fit = "boundary"}});
   EXPECT_NEAR(measure_limit(sized.mesh).deviation.farthest.distance_mm(), 25.4 * missed_mm, 1e-5);
 }
 
@@ -233,7 +228,7 @@ TEST_F(FittedFile, SaysWhichChannelsRingAndWhere) {
   }
   const std::string path = file_of(box);
   const auto rings = HasSubstr("rings: it is 20 to 30 at vertices, and the limit reaches ");
-  const LoadedMesh fitted = load_mesh({.mesh = path, .meaning = {.sharp = {.angle_deg = 40}, .interpolate = "all"}});
+  const LoadedMesh fitted = load_mesh({.mesh = path, .meaning = {.sharp = {.angle_deg = 40}, .fit = "all"}});
   EXPECT_THAT(fitted.warnings,
               Contains(AllOf(HasSubstr("channel step "), rings, HasSubstr(", in cell 7 near (15, 10, 0) mm: use a"))));
   EXPECT_THAT(fitted.warnings, Not(Contains(HasSubstr("channel slope"))));
@@ -243,29 +238,28 @@ TEST_F(FittedFile, SaysWhichChannelsRingAndWhere) {
     box.channel_values[2 * v] = static_cast<float>(20 + std::clamp((box.positions[v].x() - 10) / 4, 0.0, 10.0));
   }
   const LoadedMesh wider =
-      load_mesh({.mesh = file_of(box, "wider.ccmesh"), .meaning = {.sharp = {.angle_deg = 40}, .interpolate = "all"}});
+      load_mesh({.mesh = file_of(box, "wider.ccmesh"), .meaning = {.sharp = {.angle_deg = 40}, .fit = "all"}});
   EXPECT_THAT(wider.warnings, Not(Contains(rings)));
 }
 
 TEST_F(FittedFile, MistakesTeach) {
-  EXPECT_EQ(error_of({.mesh = "x", .meaning = {.smooth = true, .interpolate = "inside"}}),
+  EXPECT_EQ(error_of({.mesh = "x", .meaning = {.smooth = true, .fit = "inside"}}),
             "usage: --fit takes nothing, or =boundary, not 'inside'");
   ControlMesh dented = oracle::box_mesh(1, 1, 1, 10);
   dented.positions[0] += Vec3(1, 1, 1);
-  EXPECT_THAT(error_of({.mesh = file_of(dented), .meaning = {.smooth = true, .interpolate = "all"}}),
+  EXPECT_THAT(error_of({.mesh = file_of(dented), .meaning = {.smooth = true, .fit = "all"}}),
               HasSubstr("(--fit=boundary)"));
   ControlMesh uneven = oracle::box_mesh(5, 5, 5, 1);
   for (Vec3& p : uneven.positions)
     p = p.unaryExpr([](double x) { return std::ceil(x / 2) + (x == 2 || x == 4) * 0.02; });
-  EXPECT_THAT(error_of({.mesh = file_of(uneven), .meaning = {.smooth = true, .interpolate = "all"}}),
+  EXPECT_THAT(error_of({.mesh = file_of(uneven), .meaning = {.smooth = true, .fit = "all"}}),
               ContainsRegex("would fold in cells [0-9, ]+ and [0-9]+ more: the first is near \\([-0-9., ]+\\) mm; keep "
                             "such places back, or edges sharp \\(--fit=boundary\\)$"))
       << "with one place";
   const LoadedMesh near =
-      load_mesh({.mesh = file_of(dented), .grades = {"a=x"}, .meaning = {.smooth = true, .interpolate = "boundary"}});
+      load_mesh({.mesh = file_of(dented), .grades = {"a=x"}, .meaning = {.smooth = true, .fit = "boundary"}});
   EXPECT_THAT(near.warnings, Contains(HasSubstr("all vertices of the boundary but 8, which stay behind")));
-  const MeshOptions on_server{.mesh = "sha256:" + std::string(64, '0'),
-                              .meaning = {.smooth = true, .interpolate = "all"}};
+  const MeshOptions on_server{.mesh = "sha256:" + std::string(64, '0'), .meaning = {.smooth = true, .fit = "all"}};
   EXPECT_THROW(names_mesh_id(on_server), UsageError);
 }
 

@@ -102,7 +102,7 @@ TEST_F(MeantFile, APartThatWouldFoldIsTakenAsMeshed) {
 }
 
 TEST_F(MeantFile, AFitThatRoundsEdgesIsRefusedUnlessItIsMeant) {
-  MeshOptions options{.mesh = file_of(oracle::box_mesh(3, 3, 3, 10)), .meaning = {.interpolate = "all"}};
+  MeshOptions options{.mesh = file_of(oracle::box_mesh(3, 3, 3, 10)), .meaning = {.fit = "all"}};
   try {
     load_mesh(options);
     FAIL() << "no error";
@@ -113,18 +113,18 @@ TEST_F(MeantFile, AFitThatRoundsEdgesIsRefusedUnlessItIsMeant) {
   }
   options.meaning.smooth = true;
   EXPECT_NO_THROW(load_mesh(options));
-  options.meaning = {.sharp = {.angle_deg = 40}, .interpolate = "all"};
+  options.meaning = {.sharp = {.angle_deg = 40}, .fit = "all"};
   EXPECT_NO_THROW(load_mesh(options));
 }
 
 TEST(ParseMeaning, RefusesWhatContradictsItself) {
   EXPECT_EQ(parse_meaning({}), std::nullopt);
   EXPECT_EQ(parse_meaning({.part = true}), std::nullopt);
-  EXPECT_EQ(parse_meaning({.smooth = true, .interpolate = "all"}), FittedVertices::kAll);
+  EXPECT_EQ(parse_meaning({.smooth = true, .fit = "all"}), FittedVertices::kAll);
   EXPECT_THROW(parse_meaning({.as_meshed = true, .part = true}), UsageError);
-  EXPECT_THROW(parse_meaning({.as_meshed = true, .interpolate = "all"}), UsageError);
+  EXPECT_THROW(parse_meaning({.as_meshed = true, .fit = "all"}), UsageError);
   EXPECT_THROW(parse_meaning({.as_meshed = true, .sharp = {.angle_deg = 40}}), UsageError);
-  EXPECT_THROW(parse_meaning({.part = true, .interpolate = "all"}), UsageError);
+  EXPECT_THROW(parse_meaning({.part = true, .fit = "all"}), UsageError);
   EXPECT_THROW(parse_meaning({.smooth = true}), UsageError);
 }
 
