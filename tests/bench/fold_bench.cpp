@@ -27,7 +27,7 @@
 #include "core/slicer/layer_slicer.h"
 #include "tests/bench/clocks.h"
 #include "tests/bench/layer_digest.h"
-#include "tests/oracle/hostile_mesh.h"
+#include "tests/oracle/hostile/hostile_mesh.h"
 #include "tests/oracle/real_meshes.h"
 #include "tests/support/tiny_meshes.h"
 

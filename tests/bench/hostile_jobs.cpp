@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // hostile_jobs: looks for jobs that break promises, among random ones that nobody tuned anything for. A seed is a job:
-// a mesh (tests/oracle/hostile_mesh.h), how it is sliced (hostile_job.h), and what is checked (hostile_check.h). Prints
-// a line for each seed that fails, and a summary.
+// a mesh (tests/oracle/hostile/hostile_mesh.h), how it is sliced (hostile_job.h), and what is checked
+// (hostile_check.h). Prints a line for each seed that fails, and a summary.
 
 #include <unistd.h>
 
@@ -27,7 +27,7 @@
 #include "core/mesh_files/read_mesh.h"
 #include "core/mesh_import/mesh_file.h"
 #include "tests/bench/hostile_report.h"
-#include "tests/oracle/hostile_check.h"
+#include "tests/oracle/hostile/hostile_check.h"
 
 namespace ccslice::bench {
 namespace {

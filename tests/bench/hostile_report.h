@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "tests/oracle/hostile_check.h"
+#include "tests/oracle/hostile/hostile_check.h"
 
 namespace ccslice::bench {
 
