@@ -118,7 +118,9 @@ std::optional<PreviewPicture> PreviewStream::next() {
 
 PreviewPicture Client::preview(const v1::PreviewRequest& request, const CallOptions& call) {
   const std::string mesh_id = mesh_id_of(request);
-  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, {mesh_id});
+  const bool is_layer = request.plane().has_layer();
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_,
+                    is_layer ? mesh_ids_of(request.plane().layer().job()) : std::vector{mesh_id});
   int reuploads = 0;
   return with_retries(call, attempts, reuploads, [&](const Endpoint&) {
     PreviewStream stream(attempts.endpoint(), mesh_id, call);

@@ -54,13 +54,14 @@ class PreviewAssembler {
   bool brought_nothing_ = false;      // The part before.
 };
 
-/// The mesh that a request is about: that of its layer's job, or its own.
+/// The mesh that a request is about: that of the first part of its layer's job, or its own.
 std::string mesh_id_of(const v1::PreviewRequest& request);
 
 /// ask() and done() from one thread at a time, next() from another one.
 class PreviewStream {
  public:
-  /// All requests are about one mesh. `client` and what `call` refers to outlive this.
+  /// All requests are about the meshes of the first one, of which `mesh_id` is the first. `client` and what `call`
+  /// refers to outlive this.
   PreviewStream(Client& client, const std::string& mesh_id, const CallOptions& call = {});
   /// With this server, whether it answers or not.
   PreviewStream(std::shared_ptr<const Endpoint> endpoint, const std::string& mesh_id, const CallOptions& call);

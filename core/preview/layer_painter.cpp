@@ -3,11 +3,12 @@
 
 #include "core/preview/layer_painter.h"
 
+#include <list>
 #include <utility>
 #include <vector>
 
+#include "core/output/arrange.h"
 #include "core/preview/outline_lines.h"
-#include "core/preview/pixel_colours.h"
 #include "core/preview/plane_painter.h"
 
 namespace ccslice {
@@ -38,22 +39,11 @@ std::vector<VoxelRun> runs_of(std::span<const std::uint8_t> bits, std::uint32_t 
   return runs;
 }
 
-/// The runs of a picture of regions: 1 + the number of each, 0 outside.
-std::vector<RegionRun> region_runs_of(std::span<const std::uint8_t> numbers, std::uint32_t columns,
-                                      std::uint32_t rows) {
-  std::vector<RegionRun> runs;
-  for (std::uint32_t y = 0; y < rows; ++y) {
-    const std::span<const std::uint8_t> row = numbers.subspan(std::size_t{columns} * y, columns);
-    for (std::uint32_t begin = 0, end = 0; begin < columns; begin = end) {
-      while (end < columns && row[end] == row[begin]) ++end;
-      if (row[begin] != 0) runs.push_back({{y, begin, end}, static_cast<std::uint8_t>(row[begin] - 1)});
-    }
-  }
-  return runs;
-}
-
-bool mixes_by_region(const PreviewColours& show) {
-  return show.content == PreviewContent::kMix && !show.printing->cell_region_maps.empty();
+/// The halftone chooses what is mixed, and a mix is no error: whatever the job's, nothing has to be made for it.
+void mix_only(Printing& printing) {
+  printing.halftone.method = HalftoneMethod::kNearest;
+  printing.map.strict = false;
+  for (CellRegionMap& own : printing.cell_region_maps) own.map.strict = false;
 }
 
 }  // namespace
@@ -62,28 +52,49 @@ SliceJob layer_preview_job(SliceJob job, const PreviewColours& show, bool contou
   job.order = {};
   job.contours = contours || show.lines;
   job.contours_by_cell_region = false;
-  job.planes.clear();
-  if (show.printing) job.printing = *show.printing;
-  if (show.content == PreviewContent::kHalftone) {
+  if (show.content == PreviewContent::kMix) mix_only(*job.printing);
+  if (show.content == PreviewContent::kMix || show.content == PreviewContent::kHalftone) {
     job.planes = {raw_plane(PlaneContent::kMaterials, SampleType::kUint8)};
     return job;
   }
-  job.planes = {mixes_by_region(show) ? raw_plane(PlaneContent::kCellRegions, SampleType::kUint8)
-                                      : raw_plane(PlaneContent::kOccupancy, SampleType::kBit)};
-  std::vector<std::uint32_t> channels;
-  if (show.content == PreviewContent::kChannel) channels = {show.channel};
-  if (show.content == PreviewContent::kMix) channels = channels_of(*show.printing);
-  for (const std::uint32_t channel : channels) {
-    job.planes.push_back(raw_plane(PlaneContent::kChannel, SampleType::kFloat32, channel));
+  job.planes = {raw_plane(PlaneContent::kOccupancy, SampleType::kBit)};
+  if (show.content == PreviewContent::kChannel) {
+    job.planes.push_back(raw_plane(PlaneContent::kChannel, SampleType::kFloat32, show.channel));
   }
   return job;
 }
 
-LayerPainter::LayerPainter(std::shared_ptr<const LimitSolid> solid, SliceJob job, PreviewColours show,
-                           const CancellationToken& cancel)
-    : job_(std::move(job)), show_(std::move(show)), slicer_(std::move(solid), job_, cancel) {
-  if (show_.content != PreviewContent::kMix) return;
-  plan_.emplace(plan_of_mix(*show_.printing, cancel));
+LayerPainter::LayerPainter(const PlacedParts& parts, PreviewColours show, const CancellationToken& cancel,
+                           std::span<const std::optional<bool>> tiles_fit)
+    : job_(parts.front().job), show_(std::move(show)), slicer_(parts, cancel, tiles_fit) {}
+
+/// The parts that were sliced, the lowest first.
+void LayerPainter::mix(PreviewPicture& picture, const CancellationToken& cancel) const {
+  const LayerWindow region = region_of(job_).window();
+  std::vector<MixedPixels> parts;
+  std::list<std::vector<std::uint8_t>> cropped;
+  const std::span<const PaintedPart> painted = slicer_.painted();
+  for (std::size_t left = painted.size(); left > 0; --left) {
+    const PaintedPart& part = painted[left - 1];
+    MixedPixels& mixed = parts.emplace_back(MixedPixels{part.halftone, {}, {}});
+    for (const ContonePlane& plane : part.mixed) {
+      const auto samples =
+          arrange(plane.image().samples, sizeof(float), {part.window, region, {}}, cropped.emplace_back(), cancel);
+      mixed.values.push_back({SampleType::kFloat32, region.columns, region.rows, samples});
+    }
+    const auto add = [&](const VoxelRun& run, std::size_t mixture) {
+      VoxelRun kept = region.clipped(run);
+      if (kept.begin == kept.end) return;
+      mixed.runs.push_back(
+          {{kept.row - region.first_row, kept.begin - region.first_column, kept.end - region.first_column}, mixture});
+    };
+    if (part.halftone->printing().cell_region_maps.empty()) {
+      for (const VoxelRun& span : part.shape->spans) add(span, 0);
+    } else {
+      for (const MixedRun& run : mixed_runs(*part.halftone, part.shape->regions)) add(run, run.mixture);
+    }
+  }
+  mix_pixels(parts, picture, cancel);
 }
 
 PreviewPicture LayerPainter::paint(std::uint32_t index, const CancellationToken& cancel) {
@@ -94,24 +105,16 @@ PreviewPicture LayerPainter::paint(std::uint32_t index, const CancellationToken&
   picture.rows = window.rows;
   picture.across_mm = job_.grid.pitch.x_mm;
   picture.up_mm = job_.grid.pitch.y_mm;
-  if (show_.content == PreviewContent::kHalftone) {
-    material_pixels(layer.planes.front().bytes, *show_.printing, picture);
+  if (show_.content == PreviewContent::kMix) {
+    mix(picture, cancel);
+  } else if (show_.content == PreviewContent::kHalftone) {
+    material_pixels(layer.planes.front().bytes, *job_.printing, picture);
   } else {
     std::vector<SampleImage> values;
     for (std::size_t p = 1; p < layer.planes.size(); ++p) {
       values.push_back({SampleType::kFloat32, window.columns, window.rows, layer.planes[p].bytes});
     }
-    const std::vector<std::uint8_t>& inside = layer.planes.front().bytes;
-    if (mixes_by_region(show_)) {
-      mix_pixels(*plan_, values, mixed_runs(*plan_, region_runs_of(inside, window.columns, window.rows)), picture,
-                 cancel);
-    } else if (plan_) {
-      std::vector<MixedRun> runs;
-      for (const VoxelRun& run : runs_of(inside, window.columns, window.rows)) runs.push_back({run, 0});
-      mix_pixels(*plan_, values, runs, picture, cancel);
-    } else {
-      colour_pixels(show_, values, runs_of(inside, window.columns, window.rows), picture);
-    }
+    colour_pixels(show_, values, runs_of(layer.planes.front().bytes, window.columns, window.rows), picture);
   }
   const LayerLattice lattice = job_.grid.lattice();
   const Vec2 corner(lattice.x0_mm + window.first_column * lattice.dx_mm,

@@ -1,19 +1,20 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pictures of a job's layers, voxel by voxel as slicing makes them: a pixel is a voxel, y goes upwards.
+// Pictures of a job's layers, voxel by voxel as slicing makes them: a pixel is a voxel, y goes upwards. Mixes are those
+// that halftoning chooses from.
 
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
+#include <span>
 
 #include "core/base/cancellation.h"
+#include "core/job/placed_part.h"
 #include "core/job/slice_job.h"
-#include "core/limit/limit_solid.h"
+#include "core/preview/pixel_colours.h"
 #include "core/preview/preview_job.h"
-#include "core/printing/halftone.h"
 #include "core/slicer/layer_slicer.h"
 
 namespace ccslice {
@@ -24,18 +25,20 @@ SliceJob layer_preview_job(SliceJob job, const PreviewColours& show, bool contou
 /// One thread. Layers of one slab share its work, whatever their order.
 class LayerPainter {
  public:
-  /// `job`: as layer_preview_job() makes it. REQUIRES: validate_job() and validate_colours() pass; at most
-  /// kMaxPreviewPixels voxels of the region each way. Throws Error{kCancelled}.
-  LayerPainter(std::shared_ptr<const LimitSolid> solid, SliceJob job, PreviewColours show,
-               const CancellationToken& cancel);
+  /// `parts`: with jobs as layer_preview_job() makes them, whose printing is what is shown, not that of `show`.
+  /// `tiles_fit`: as LayerSlicer takes it. REQUIRES: PlacedParts; validate_colours() passes; at most kMaxPreviewPixels
+  /// voxels of the region each way. Throws Error{kCancelled}.
+  LayerPainter(const PlacedParts& parts, PreviewColours show, const CancellationToken& cancel,
+               std::span<const std::optional<bool>> tiles_fit = {});
 
   /// REQUIRES: a layer of the job's region. Throws what LayerSlicer::slice() throws.
   PreviewPicture paint(std::uint32_t layer, const CancellationToken& cancel);
 
  private:
-  SliceJob job_;
+  void mix(PreviewPicture& picture, const CancellationToken& cancel) const;
+
+  SliceJob job_;  // The first part's: all are alike in what this reads.
   PreviewColours show_;
-  std::optional<HalftonePlan> plan_;  // Of kMix.
   LayerSlicer slicer_;
 };
 

@@ -168,20 +168,23 @@ HalftonePlan plan_of_mix(Printing printing, const CancellationToken& cancel) {
   return {printing, 1, 1, 1, cancel};
 }
 
-void mix_pixels(const HalftonePlan& plan, std::span<const SampleImage> values, std::span<const MixedRun> runs,
-                PreviewPicture& picture, const CancellationToken& cancel) {
+void mix_pixels(std::span<const MixedPixels> parts, PreviewPicture& picture, const CancellationToken& cancel) {
   Canvas canvas(picture);
-  std::vector<Vec3> colours;
-  for (const PrintMaterial& material : plan.printing().materials) colours.push_back(linear_colour(material.rgba));
-  mix_blocks(plan, values, runs, cancel,
-             [&](std::uint32_t row, std::uint32_t first, std::uint32_t count, const Fractions& fractions) {
-               picture.pixels_inside += count;
-               for (std::uint32_t k = 0; k < count; ++k) {
-                 Vec3 light = Vec3::Zero();
-                 for (std::size_t m = 0; m < colours.size(); ++m) light += double{fractions[m][k]} * colours[m];
-                 canvas.set(first + k, row, {srgb_byte(light[0]), srgb_byte(light[1]), srgb_byte(light[2]), kOpaque});
-               }
-             });
+  for (const MixedPixels& part : parts) {
+    std::vector<Vec3> colours;
+    for (const PrintMaterial& material : part.plan->printing().materials) {
+      colours.push_back(linear_colour(material.rgba));
+    }
+    mix_blocks(*part.plan, part.values, part.runs, cancel,
+               [&](std::uint32_t row, std::uint32_t first, std::uint32_t count, const Fractions& fractions) {
+                 for (std::uint32_t k = 0; k < count; ++k) {
+                   Vec3 light = Vec3::Zero();
+                   for (std::size_t m = 0; m < colours.size(); ++m) light += double{fractions[m][k]} * colours[m];
+                   canvas.set(first + k, row, {srgb_byte(light[0]), srgb_byte(light[1]), srgb_byte(light[2]), kOpaque});
+                 }
+               });
+  }
+  for (std::size_t at = 3; at < picture.rgba.size(); at += 4) picture.pixels_inside += picture.rgba[at] == kOpaque;
 }
 
 void halftone_pixels(const PreviewPlane& plane, const Grid& grid, const HalftonePlan& plan,

@@ -34,9 +34,15 @@ HalftonePlan plan_of_mix(Printing printing, const CancellationToken& cancel);
 void colour_pixels(const PreviewColours& show, std::span<const SampleImage> values, std::span<const VoxelRun> spans,
                    PreviewPicture& picture);
 
-/// The same of kMix. `values`: an image for each of channels_of(plan.printing()). Throws Error{kCancelled}.
-void mix_pixels(const HalftonePlan& plan, std::span<const SampleImage> values, std::span<const MixedRun> runs,
-                PreviewPicture& picture, const CancellationToken& cancel);
+/// What a picture's mixed pixels are made of.
+struct MixedPixels {
+  const HalftonePlan* plan;
+  std::vector<SampleImage> values;  // An image for each of channels_of(plan->printing()).
+  std::vector<MixedRun> runs;
+};
+
+/// The same of kMix. Where parts share pixels, the last one has them. Throws Error{kCancelled}.
+void mix_pixels(std::span<const MixedPixels> parts, PreviewPicture& picture, const CancellationToken& cancel);
 
 /// The same of kHalftone in the plane of the picture: each pixel by the threshold of the voxel of `grid` that it lies
 /// in. Throws Error{kCancelled}.

@@ -221,7 +221,8 @@ PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage st
   if (job.show.content == PreviewContent::kHalftone) {
     halftone_pixels(plane, *job.voxels, *plan, values, mixed_runs(*plan, regions), picture, cancel);
   } else if (job.show.content == PreviewContent::kMix) {
-    mix_pixels(*plan, values, mixed_runs(*plan, regions), picture, cancel);
+    const MixedPixels mixed{plan, values, mixed_runs(*plan, regions)};
+    mix_pixels(std::span(&mixed, 1), picture, cancel);
   } else {
     colour_pixels(job.show, values, spans, picture);
   }

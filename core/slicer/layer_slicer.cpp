@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/slicer/layer_composer.h"
-#include "core/slicer/part_painter.h"
 
 namespace ccslice {
 
@@ -21,6 +20,7 @@ struct LayerSlicer::State {
   std::shared_ptr<const Shared> shared;
   std::vector<PartPainter> painters;  // By part.
   LayerComposer composer;
+  std::vector<PaintedPart> painted;  // In the composer's order.
 
   explicit State(std::shared_ptr<const Shared> the_shared) : shared(std::move(the_shared)), composer(shared->parts) {
     for (const auto& painting : shared->painting) painters.emplace_back(painting);
@@ -28,7 +28,11 @@ struct LayerSlicer::State {
 
   Layer slice(std::uint32_t layer, const CancellationToken& cancel) {
     composer.start(layer);
-    for (const std::uint32_t part : composer.order()) composer.add(part, painters[part].paint(layer, cancel), cancel);
+    painted.clear();
+    for (const std::uint32_t part : composer.order()) {
+      painted.push_back(painters[part].paint(layer, cancel));
+      composer.add(part, painted.back(), cancel);
+    }
     return composer.finish(cancel);
   }
 };
@@ -55,5 +59,7 @@ LayerSlicer& LayerSlicer::operator=(LayerSlicer&&) noexcept = default;
 LayerSlicer LayerSlicer::twin() const { return LayerSlicer(state_->shared); }
 
 Layer LayerSlicer::slice(std::uint32_t layer, const CancellationToken& cancel) { return state_->slice(layer, cancel); }
+
+std::span<const PaintedPart> LayerSlicer::painted() const { return state_->painted; }
 
 }  // namespace ccslice

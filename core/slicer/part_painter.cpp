@@ -153,6 +153,8 @@ struct PartPainter::State {
       halftone->run(place, part.shape->spans, planes.mixed(), cancel);
     }
     part.materials = halftone->image();
+    part.halftone = shared->halftone.get();
+    part.mixed = planes.mixed();
     part.stats.material_voxels = halftone->histogram();
     part.stats.voxels_off_map = halftone->misfits().off_map;
     part.stats.voxels_scaled_up = halftone->misfits().scaled_up;

@@ -20,6 +20,7 @@
 #include "core/job/placed_part.h"
 #include "core/job/slice_job.h"
 #include "core/output/plane.h"
+#include "core/printing/halftone.h"
 #include "core/raster/layer_window.h"
 #include "core/raster/region_runs.h"
 #include "core/raster/voxel_runs.h"
@@ -40,7 +41,10 @@ struct PaintedPart {
   const PartShape* shape = nullptr;
   LayerWindow window;                    // What the planes and materials hold. The job's region is within it.
   std::span<const ContonePlane> planes;  // shown_channels() of the job.
-  IndexImage materials;                  // Only if the job shows them.
+  // Only if the job shows materials:
+  IndexImage materials;
+  const HalftonePlan* halftone = nullptr;  // What they are made by,
+  std::span<const ContonePlane> mixed;     // and what of: mixed_channels() of the job.
   LayerStats stats;
 };
 

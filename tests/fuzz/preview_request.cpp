@@ -92,10 +92,15 @@ class FuzzedCall {
     if (request.has_printing()) {
       setting_.printing = std::make_shared<const Printing>(server::to_printing(request.printing(), solid_->summary()));
     }
-    if (request.plane().has_layer()) require_one_part(*request.mutable_plane()->mutable_layer()->mutable_job());
-    const server::PreviewWork work = server::to_preview(request, setting_, solid_, limits_, {});
+    std::vector<std::shared_ptr<const LimitSolid>> solids(1, solid_);
+    if (request.plane().has_layer()) {
+      v1::SliceJob& job = *request.mutable_plane()->mutable_layer()->mutable_job();
+      require_meshes(job);
+      solids.assign(static_cast<std::size_t>(job.parts_size()), solid_);
+    }
+    const server::PreviewWork work = server::to_preview(request, setting_, solids, limits_, {});
     if (const auto* layer = std::get_if<server::LayerPreview>(&work)) {
-      return check(LayerPainter(solid_, layer->job, layer->show, {}).paint(layer->layer, {}), layer->show);
+      return check(LayerPainter(layer->parts, layer->show, {}).paint(layer->layer, {}), layer->show);
     }
     const auto& job = std::get<PreviewJob>(work);
     for (const PreviewStage stage : {PreviewStage::kCoarse, PreviewStage::kFull}) {
@@ -104,10 +109,16 @@ class FuzzedCall {
   }
 
  private:
-  /// As the server does before it looks for the mesh, which is this one whatever its id.
-  static void require_one_part(v1::SliceJob& job) {
-    for (v1::Part& part : *job.mutable_parts()) part.set_mesh_id("sha256:" + std::string(64, '0'));
-    (void)server::only_mesh_id_of(job, server::kLayerJobPath);
+  /// As the server does before it looks for the meshes, which are this one whatever their ids. No more parts than are
+  /// painted fast.
+  static void require_meshes(v1::SliceJob& job) {
+    constexpr int kMostParts = 3, kMostPlacements = 2;
+    while (job.parts_size() > kMostParts) job.mutable_parts()->RemoveLast();
+    for (v1::Part& part : *job.mutable_parts()) {
+      part.set_mesh_id("sha256:" + std::string(64, '0'));
+      while (part.placements_size() > kMostPlacements) part.mutable_placements()->RemoveLast();
+    }
+    (void)server::mesh_ids_of(job, server::kLayerJobPath);
   }
 
   const std::shared_ptr<const LimitSolid> solid_;

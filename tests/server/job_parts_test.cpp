@@ -50,6 +50,15 @@ class JobParts : public testing::Test {
     return part;
   }
 
+  void add_white_and_black() {
+    v1::Printing& printing = *job_->mutable_printing();
+    for (const auto& [name, rgba] : {std::pair{"white", 0xffffffffu}, std::pair{"black", 0x000000ffu}}) {
+      printing.add_materials()->set_name(name);
+      printing.mutable_materials()->rbegin()->set_rgba(rgba);
+    }
+    printing.set_background_rgba(0x808080ff);
+  }
+
   Sliced sliced() {
     Sliced sliced = server_.slice(request_);
     EXPECT_TRUE(sliced.status.ok()) << sliced.status.error_message();
@@ -109,13 +118,8 @@ TEST_F(JobParts, MayBeCopies) {
 }
 
 TEST_F(JobParts, HaveMapsOfTheirOwn) {
-  v1::Printing& printing = *job_->mutable_printing();
-  for (const auto& [name, rgba] : {std::pair{"white", 0xffffffffu}, std::pair{"black", 0x000000ffu}}) {
-    printing.add_materials()->set_name(name);
-    printing.mutable_materials()->rbegin()->set_rgba(rgba);
-  }
-  printing.set_background_rgba(0x808080ff);
-  printing.mutable_map()->set_material("white");
+  add_white_and_black();
+  job_->mutable_printing()->mutable_map()->set_material("white");
   job_->add_planes()->mutable_materials();
   add("left", 0);
   add("right", 15).mutable_map()->set_material("black");
@@ -233,23 +237,141 @@ TEST_F(JobParts, ArePlannedTogether) {
   EXPECT_EQ(warning->part(), 1u);
 }
 
-TEST_F(JobParts, AreOneForPreviewsOfLayers) {
+/// Layer 3 of the job in previews.
+class PreviewsOfJobParts : public JobParts {
+ protected:
+  v1::PreviewRequest asked(std::uint64_t number) const {
+    v1::PreviewRequest request;
+    request.set_number(number);
+    request.set_encoding(v1::PREVIEW_ENCODING_RGBA);
+    v1::PreviewLayer& layer = *request.mutable_plane()->mutable_layer();
+    *layer.mutable_job() = *job_;
+    layer.set_layer(3);
+    request.mutable_content()->mutable_occupancy();
+    return request;
+  }
+  /// Pictures of so few pixels are one message each.
+  std::vector<v1::PreviewResponse> shown(const std::vector<v1::PreviewRequest>& requests, Failure* refused = nullptr) {
+    grpc::ClientContext context;
+    const auto call = server_.stub().Preview(&context);
+    std::vector<v1::PreviewResponse> pictures;
+    for (const v1::PreviewRequest& request : requests) {
+      call->Write(request);
+      v1::PreviewResponse picture;
+      if (call->Read(&picture)) pictures.push_back(picture);
+    }
+    call->WritesDone();
+    const grpc::Status status = call->Finish();
+    if (refused != nullptr) {
+      *refused = failure_of(status);
+    } else {
+      EXPECT_TRUE(status.ok()) << status.error_message();
+      EXPECT_EQ(pictures.size(), requests.size());
+    }
+    return pictures;
+  }
+  static std::string pixel(const v1::PreviewResponse& picture, std::size_t column) {
+    return picture.picture().substr(4 * column, 4);
+  }
+};
+
+TEST_F(PreviewsOfJobParts, ShowTheSamplesOfSlices) {
+  add("left", 0);
+  add("right", 6).set_priority(2);
+  v1::PreviewRequest channel = asked(2);
+  v1::ChannelColours& colours = *channel.mutable_content()->mutable_channel();
+  colours.set_channel("x");
+  colours.set_colours(v1::COLOUR_MAP_NAME_GREY);
+  colours.mutable_range()->set_min(0);
+  colours.mutable_range()->set_max(10);
+  const std::vector<v1::PreviewResponse> pictures = shown({asked(1), channel});
+  const Sliced sliced = this->sliced();
+  EXPECT_EQ(pictures.at(0).header().width(), 16u);
+  EXPECT_EQ(pictures.at(0).header().pixels_inside(), sliced.ends.at(3).voxel_count());
+  const std::vector<float> row = row_of(sliced);
+  for (std::size_t column = 0; column < row.size(); ++column) {
+    const auto grey = static_cast<unsigned char>(pixel(pictures.at(1), column).front());
+    EXPECT_NEAR(grey, 25.5F * row[column], 1.1F) << column;
+  }
+}
+
+TEST_F(PreviewsOfJobParts, ShowMapsOfTheirOwn) {
+  add_white_and_black();
+  job_->mutable_printing()->mutable_map()->set_strict(true);
+  job_->mutable_printing()->mutable_map()->mutable_blend()->set_channel("x");
+  for (const auto& [value, name] : {std::pair{2.0, "white"}, std::pair{8.0, "black"}}) {
+    v1::BlendStop& stop = *job_->mutable_printing()->mutable_map()->mutable_blend()->add_stops();
+    stop.set_value(value);
+    stop.set_material(name);
+  }
+  add("left", 0);
+  v1::Part& right = add("right", 6);
+  right.mutable_map()->set_material("black");
+  right.set_priority(1);
+  place(right, 30);
+  v1::PreviewRequest halftone = asked(1), mix = asked(2);
+  mix.mutable_content()->mutable_mix();
+  halftone.mutable_content()->mutable_halftone();
+  halftone.mutable_plane()->mutable_layer()->mutable_job()->mutable_printing()->mutable_map()->set_strict(false);
+  v1::VoxelBox& voxels = *mix.mutable_plane()->mutable_layer()->mutable_job()->mutable_region()->mutable_voxels();
+  voxels.set_first_column(1);
+  voxels.set_first_row(2);
+  voxels.mutable_extent()->set_columns(38);
+  voxels.mutable_extent()->set_rows(5);
+  voxels.mutable_extent()->set_layers(1);
+  const std::vector<v1::PreviewResponse> pictures = shown({halftone, mix});
+  const std::string black("\0\0\0\xff", 4), white(4, '\xff'), nothing(4, '\0');
+  EXPECT_EQ(pictures.at(0).header().material_pixels(0) + pictures.at(0).header().material_pixels(1), 260u);
+  EXPECT_GE(pictures.at(0).header().material_pixels(1), 200u);
+  EXPECT_EQ(pixel(pictures.at(0), 6), black) << "the higher priority's";
+  EXPECT_EQ(pictures.at(1).header().pixels_inside(), 5u * (5 + 10 + 9));
+  EXPECT_EQ(pixel(pictures.at(1), 0), white) << "at 1.5 mm";
+  EXPECT_NE(pixel(pictures.at(1), 3), white);
+  EXPECT_NE(pixel(pictures.at(1), 3), black);
+  EXPECT_EQ(pixel(pictures.at(1), 5), black);
+  EXPECT_EQ(pixel(pictures.at(1), 20), nothing);
+  EXPECT_EQ(pixel(pictures.at(1), 30), black) << "the copy's";
+}
+
+TEST_F(PreviewsOfJobParts, AreOfTheMeshesThatTheirFirstRequestNames) {
+  add("box", 0);
+  add("other", 15).set_mesh_id(server_.upload_good(make_box(1, 5)));
+  v1::PreviewRequest plane;
+  plane.set_number(2);
+  plane.mutable_plane()->mutable_free()->mutable_across()->set_x(1);
+  plane.mutable_plane()->mutable_free()->mutable_up()->set_y(1);
+  plane.mutable_plane()->mutable_free()->mutable_middle_mm()->set_z(1);
+  plane.mutable_plane()->mutable_free()->set_across_mm_per_pixel(1);
+  plane.set_width(20);
+  plane.set_height(20);
+  plane.mutable_content()->mutable_occupancy();
+  v1::PreviewRequest one = asked(3);
+  one.mutable_plane()->mutable_layer()->mutable_job()->mutable_parts()->DeleteSubrange(0, 1);
+  const std::vector<v1::PreviewResponse> pictures = shown({asked(1), plane, one});
+  EXPECT_EQ(pictures.at(0).header().pixels_inside(), 100u + 25u);
+  EXPECT_EQ(pictures.at(1).header().pixels_inside(), 100u) << "a quarter of the plane, of the first part's mesh";
+  EXPECT_EQ(pictures.at(2).header().pixels_inside(), 25u);
+  Failure refused;
+  one.set_number(1);
+  EXPECT_EQ(shown({one, asked(2)}, &refused).size(), 1u);
+  EXPECT_EQ(refused.reason, "REQUEST_MALFORMED");
+  EXPECT_EQ(refused.field, "plane.layer.job.parts[0].mesh_id");
+}
+
+TEST_F(PreviewsOfJobParts, AreRefusedWithThePartAtFault) {
   add("a", 0);
-  add("b", 15);
-  grpc::ClientContext context;
-  const auto call = server_.stub().Preview(&context);
-  v1::PreviewRequest request;
-  request.set_number(1);
-  *request.mutable_plane()->mutable_layer()->mutable_job() = *job_;
-  request.mutable_plane()->mutable_layer()->mutable_job()->clear_planes();
-  request.mutable_content()->mutable_occupancy();
-  call->Write(request);
-  call->WritesDone();
-  v1::PreviewResponse response;
-  EXPECT_FALSE(call->Read(&response));
-  const Failure refused = failure_of(call->Finish());
-  EXPECT_EQ(refused.reason, "TOO_MANY_PARTS");
-  EXPECT_EQ(refused.field, "plane.layer.job.parts");
+  add("b", 5).set_mesh_id(server_.upload_good(with_channels(make_box(1, 10), 1)));
+  Failure refused;
+  v1::PreviewRequest channel = asked(1);
+  channel.mutable_content()->mutable_channel()->set_channel("x");
+  shown({channel}, &refused);
+  EXPECT_EQ(refused.reason, "CHANNEL_UNKNOWN");
+  EXPECT_EQ(refused.field, "content.channel.channel");
+  v1::PreviewRequest overlapping = asked(1);
+  overlapping.mutable_plane()->mutable_layer()->mutable_job()->set_overlaps(v1::PART_OVERLAPS_REFUSE);
+  shown({overlapping}, &refused);
+  EXPECT_EQ(refused.reason, "PARTS_OVERLAP");
+  EXPECT_EQ(refused.field, "plane.layer.job.overlaps");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "server/service/base/service_error.h"
 
@@ -15,7 +16,7 @@ namespace {
 ArrivedPreview request(std::uint64_t number, const std::string& mesh_id = "") {
   ArrivedPreview made;
   made.message.set_number(number);
-  made.message.set_mesh_id(mesh_id);
+  if (!mesh_id.empty()) made.mesh_ids = {mesh_id};
   return made;
 }
 
@@ -36,7 +37,7 @@ TEST(PreviewRequests, OfThoseThatComeMeanwhileTheLatestWinsWithTheSettingsOfAll)
   EXPECT_FALSE(requests.waits());
   const v1::PreviewRequest& last = requests.at_hand().message;
   EXPECT_EQ(last.number(), 4u);
-  EXPECT_EQ(last.mesh_id(), "b");
+  EXPECT_EQ(requests.at_hand().mesh_ids, std::vector<std::string>{"b"});
   EXPECT_EQ(last.placement().matrix(0), 2);
   EXPECT_EQ(last.printing().materials(0).name(), "hard");
 }
@@ -49,7 +50,7 @@ TEST(PreviewRequests, KeepTheirOwnSettings) {
   requests.accept(first);
   requests.accept(second);
   requests.take_next();
-  EXPECT_EQ(requests.at_hand().message.mesh_id(), "b");
+  EXPECT_EQ(requests.at_hand().mesh_ids, (std::vector<std::string>{"a", "b"})) << "those of the one before first";
   EXPECT_EQ(requests.at_hand().message.placement().matrix(0), 2);
 }
 
@@ -60,7 +61,7 @@ TEST(PreviewRequests, HandOnWhatTheOneAtHandSetIfItIsDropped) {
   requests.accept(request(2));
   requests.drop_at_hand();
   requests.take_next();
-  EXPECT_EQ(requests.at_hand().message.mesh_id(), "a");
+  EXPECT_EQ(requests.at_hand().mesh_ids, std::vector<std::string>{"a"});
   EXPECT_EQ(requests.at_hand().message.number(), 2u);
   EXPECT_EQ(requests.dropped(), 1u);
 }
@@ -77,7 +78,7 @@ TEST(PreviewRequests, GoUpInNumber) {
     EXPECT_NE(std::string(error.what()).find("5 comes after 5"), std::string::npos) << error.what();
   }
   requests.take_next();
-  EXPECT_EQ(requests.at_hand().message.mesh_id(), "a") << "the one that waited is as it was";
+  EXPECT_EQ(requests.at_hand().mesh_ids, std::vector<std::string>{"a"}) << "the one that waited is as it was";
 }
 
 TEST(PreviewRequests, CountWhatTheyTakeAndWhatTheSettingsTake) {

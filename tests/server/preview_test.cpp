@@ -195,7 +195,7 @@ TEST_F(Preview, RefusesLayersOfJobsThatCannotBe) {
   expect("REQUEST_MALFORMED", "width", [](auto& r, auto&) { r.set_width(10); });
   expect("REQUEST_MALFORMED", "mesh_id", [&](auto& r, auto&) { r.set_mesh_id("sha256:" + std::string(64, '0')); });
   expect("PARTS_MISSING", "plane.layer.job.parts", [](auto&, auto& job) { job.clear_parts(); });
-  expect("TOO_MANY_PARTS", "plane.layer.job.parts", [](auto&, auto& job) { job.add_parts(); });
+  expect("PART_NAME_INVALID", "plane.layer.job.parts[0].name", [](auto&, auto& job) { job.add_parts(); });
   expect("MESH_ID_INVALID", "plane.layer.job.parts[0].mesh_id",
          [](auto&, auto& job) { job.mutable_parts(0)->set_mesh_id("ring"); });
   expect("PITCH_MISSING", "plane.layer.job.grid.pitch", [](auto&, auto& job) { job.clear_grid(); });

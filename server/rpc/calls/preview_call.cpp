@@ -49,13 +49,19 @@ constexpr auto kKeepMemory = 10s;                    // Of an idle call.
 constexpr std::size_t kParsedAtOnceBytes = 4 << 10;  // While somebody drags, requests have some 200.
 constexpr std::uint64_t kUncountedBytes = 16 << 10;  // Of requests: every open call has them.
 
-/// A layer's job names its mesh. As that of the request the mesh holds for the call.
-void take_mesh_of_layer(v1::PreviewRequest& request) {
-  const std::string& id = only_mesh_id_of(request.plane().layer().job(), kLayerJobPath);
-  if (request.mesh_id().empty()) request.set_mesh_id(id);
-  if (request.mesh_id() == id) return;
+/// The meshes that a request names, each once: those of its layer's job, or that of its plane.
+std::vector<std::string> named_meshes(const v1::PreviewRequest& request) {
+  std::vector<std::string> ids;
+  if (!request.plane().has_layer()) {
+    if (!request.mesh_id().empty()) ids.push_back(request.mesh_id());
+    return ids;
+  }
+  for (const std::string& id : mesh_ids_of(request.plane().layer().job(), kLayerJobPath)) {
+    if (std::ranges::find(ids, id) == ids.end()) ids.push_back(id);
+  }
+  if (request.mesh_id().empty() || request.mesh_id() == ids.front()) return ids;
   throw ServiceError(ServiceErrorCode::kRequestMalformed,
-                     "mesh_id: isn't that of the layer's job; leave it out, the job's is enough", "mesh_id");
+                     "mesh_id: isn't that of the layer's first part; leave it out, the job's are enough", "mesh_id");
 }
 
 class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, v1::PreviewResponse>> {
@@ -177,7 +183,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     parse_request(raw_, request.message);
     raw_.Clear();  // It counts among the bytes that gRPC may hold of all clients.
     require_known_fields(request.message);
-    if (request.message.plane().has_layer()) take_mesh_of_layer(request.message);
+    request.mesh_ids = named_meshes(request.message);
     return request;
   }
 
@@ -264,21 +270,23 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       full_cancel = full_cancel_;
       if (stopped_) cancel_.cancel();
     }
-    if (mesh_) return paint_and_go_on(request, full_cancel, nullptr);
-    if (!state_.cache.peek(request.message.mesh_id())) {
+    if (!meshes_.empty()) return paint_and_go_on(request, full_cancel, nullptr);
+    if (request.mesh_ids.empty()) request.mesh_ids = {""};  // Which is no id.
+    if (!std::ranges::all_of(request.mesh_ids,
+                             [this](const std::string& id) { return state_.cache.peek(id).has_value(); })) {
       const std::lock_guard lock(mutex_);
-      give_back_place();  // The mesh may take minutes to come.
+      give_back_place();  // The meshes may take minutes to come.
     }
-    with_mesh(lane_, request.message.mesh_id(),
-              [this, request, full_cancel](const MeshPtr& mesh, const std::exception_ptr& error) {
-                take_mesh(mesh);
-                if (!error && ask_for_place_again()) return;
-                paint_and_go_on(request, full_cancel, error);
-              });
+    with_meshes(lane_, request.mesh_ids,
+                [this, request, full_cancel](const std::vector<MeshPtr>& meshes, const std::exception_ptr& error) {
+                  take_meshes(meshes);
+                  if (!error && ask_for_place_again()) return;
+                  paint_and_go_on(request, full_cancel, error);
+                });
     if (cancel_.cancelled()) stop_loading();  // Stopped before there was anything to stop.
   }
 
-  /// For the request at hand, where the mesh took its time to come. False if there is no need to.
+  /// For the request at hand, where the meshes took their time to come. False if there is no need to.
   bool ask_for_place_again() {
     std::unique_lock lock(mutex_);
     if (work_place_ || stopped_ || doing_ == Doing::kOver) return false;
@@ -287,10 +295,10 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     return true;
   }
 
-  void take_mesh(const MeshPtr& mesh) {
-    mesh_ = mesh;
+  void take_meshes(const std::vector<MeshPtr>& meshes) {
+    meshes_ = meshes;
     const std::lock_guard lock(mutex_);
-    if (mesh && doing_ != Doing::kOver) log_.note_mesh(mesh->id());
+    if (!meshes.empty() && doing_ != Doing::kOver) log_.note_mesh(meshes.front()->id());
   }
 
   void paint_and_go_on(const ArrivedPreview& request, const CancellationToken& full_cancel,
@@ -327,9 +335,9 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   void paint(const ArrivedPreview& request, const CancellationToken& full_cancel) {
     const auto begun = SteadyClock::now();
     cancel_.throw_if_cancelled();
-    session_.begin(mesh_, request.message, state_.slice_limits);
+    session_.begin(meshes_, request.message, state_.slice_limits);
     const PreviewWork work = session_.work(request.message, state_.slice_limits, cancel_);
-    const std::shared_ptr<PreviewPainter> painter = painter_of_mesh();
+    const std::shared_ptr<PreviewPainter> painter = painter_of_meshes();
     const auto deliver = [&](v1::PreviewStage stage, const PreviewColours& show, const PreviewPicture& picture,
                              SteadyClock::time_point from) {
       send(request, stage, show, picture, {request.arrived, begun, from});
@@ -355,13 +363,13 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   }
 
   /// A call that is ended in the middle of a picture leaves its painter to whoever paints.
-  std::shared_ptr<PreviewPainter> painter_of_mesh() {
+  std::shared_ptr<PreviewPainter> painter_of_meshes() {
     const std::lock_guard lock(mutex_);
     if (!painter_) painter_ = new_painter();
     return painter_;
   }
   std::shared_ptr<PreviewPainter> new_painter() const {
-    return std::make_shared<PreviewPainter>(mesh_, state_.scratch,
+    return std::make_shared<PreviewPainter>(meshes_, state_.scratch,
                                             [&admission = state_.admission] { return admission.wants_memory(); });
   }
 
@@ -476,7 +484,7 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   double oldest_ms_ = 0;
 
   // The worker's:
-  MeshPtr mesh_;
+  std::vector<MeshPtr> meshes_;
   PreviewSession session_;
 };
 

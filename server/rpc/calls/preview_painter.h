@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Pictures of a call's mesh, within the memory that the server has for slicing.
+// Pictures of a call's meshes, within the memory that the server has for slicing.
 
 #pragma once
 
@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/cancellation.h"
 #include "core/preview/layer_painter.h"
@@ -29,8 +30,9 @@ struct PreviewMemoryMissing {
 /// painters of the core throw.
 class PreviewPainter {
  public:
-  /// `is_crowded`: whether others wait for the memory, so that it mustn't be taken without waiting too.
-  PreviewPainter(MeshPtr mesh, MemoryBudget& scratch, std::function<bool()> is_crowded);
+  /// Free planes are of the first mesh. `is_crowded`: whether others wait for the memory, so that it mustn't be taken
+  /// without waiting too.
+  PreviewPainter(std::vector<MeshPtr> meshes, MemoryBudget& scratch, std::function<bool()> is_crowded);
 
   /// Takes the memory of a picture, if there is as much. REQUIRES: no more than there is in all.
   [[nodiscard]] bool reserve(std::uint64_t bytes) noexcept;
@@ -42,15 +44,15 @@ class PreviewPainter {
   PreviewPicture paint(const LayerPreview& preview, const std::string& key, const CancellationToken& cancel);
 
  private:
-  void require_memory(const SliceJob& layer, const CancellationToken& cancel);
+  void require_memory(std::uint64_t cut_bytes, const LayerWindow& window);
 
-  MeshPtr mesh_;
+  const std::vector<MeshPtr> meshes_;
   const MemoryBudget& scratch_;
   const std::function<bool()> is_crowded_;
   PlanePainter planes_;
   std::optional<LayerPainter> layers_;
   std::string layers_key_;
-  std::uint64_t solid_bytes_ = 0;
+  std::uint64_t plane_bytes_ = 0;  // That free planes take to cut the solid.
   MemoryBudget::Share share_;
 };
 

@@ -3,6 +3,7 @@
 
 #include "server/rpc/calls/preview_requests.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -19,7 +20,7 @@ void PreviewRequests::accept(ArrivedPreview request) {
   }
   number_ = request.message.number();
   std::optional<ArrivedPreview> before = std::exchange(waiting_, std::move(request));
-  if (before) hand_on_settings(before->message);
+  if (before) hand_on_settings(*before);
   waiting_->bytes = waiting_->message.SpaceUsedLong();
 }
 
@@ -30,16 +31,19 @@ void PreviewRequests::take_next() {
 }
 
 void PreviewRequests::drop_at_hand() {
-  hand_on_settings(at_hand_.message);
+  hand_on_settings(at_hand_);
   waiting_->bytes = waiting_->message.SpaceUsedLong();
 }
 
-void PreviewRequests::hand_on_settings(v1::PreviewRequest& dropped) {
+void PreviewRequests::hand_on_settings(ArrivedPreview& dropped) {
   ++dropped_;
-  v1::PreviewRequest& next = waiting_->message;
-  if (next.mesh_id().empty()) next.set_mesh_id(dropped.mesh_id());
-  if (!next.has_placement() && dropped.has_placement()) next.mutable_placement()->Swap(dropped.mutable_placement());
-  if (!next.has_printing() && dropped.has_printing()) next.mutable_printing()->Swap(dropped.mutable_printing());
+  for (const std::string& id : waiting_->mesh_ids) {
+    if (std::ranges::find(dropped.mesh_ids, id) == dropped.mesh_ids.end()) dropped.mesh_ids.push_back(id);
+  }
+  waiting_->mesh_ids = std::move(dropped.mesh_ids);
+  v1::PreviewRequest &next = waiting_->message, &before = dropped.message;
+  if (!next.has_placement() && before.has_placement()) next.mutable_placement()->Swap(before.mutable_placement());
+  if (!next.has_printing() && before.has_printing()) next.mutable_printing()->Swap(before.mutable_printing());
 }
 
 }  // namespace ccslice::server

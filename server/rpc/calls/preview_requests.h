@@ -2,13 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The requests of a preview: the one AT HAND, whose pictures are made, and the latest one, which WAITS. Of those in
-// between only their settings (mesh, placement, printing) live on, in the one that waits.
+// between only their settings (meshes, placement, printing) live on, in the one that waits.
 
 #pragma once
 
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "ccslice/v1/preview.pb.h"
 
@@ -17,7 +19,8 @@ namespace ccslice::server {
 struct ArrivedPreview {
   v1::PreviewRequest message;
   std::chrono::steady_clock::time_point arrived;
-  std::uint64_t bytes = 0;  // That it takes. PreviewRequests counts them.
+  std::vector<std::string> mesh_ids = {};  // That it names, each once.
+  std::uint64_t bytes = 0;                 // That it takes. PreviewRequests counts them.
 };
 
 class PreviewRequests {
@@ -39,7 +42,7 @@ class PreviewRequests {
   std::uint64_t dropped() const { return dropped_; }
 
  private:
-  void hand_on_settings(v1::PreviewRequest& dropped);
+  void hand_on_settings(ArrivedPreview& dropped);
 
   std::uint64_t number_ = 0;
   std::optional<ArrivedPreview> waiting_;

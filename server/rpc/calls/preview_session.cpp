@@ -3,6 +3,7 @@
 
 #include "server/rpc/calls/preview_session.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -11,18 +12,32 @@
 #include "server/rpc/convert/convert.h"
 #include "server/rpc/convert/convert_printing.h"
 #include "server/rpc/convert/job_field.h"
+#include "server/rpc/convert/job_parts.h"
 #include "server/service/base/service_error.h"
 
 namespace ccslice::server {
 
-void PreviewSession::begin(const MeshPtr& mesh, const v1::PreviewRequest& request, const SliceLimits& limits) {
-  const bool is_first = std::exchange(mesh_, mesh) == nullptr;
-  if (!is_first && !request.mesh_id().empty() && request.mesh_id() != mesh_->id()) {
-    const std::string job = request.plane().has_layer() ? std::string(kLayerJobPath) + ".parts[0]." : "";
-    throw ServiceError(ServiceErrorCode::kRequestMalformed,
-                       job + "mesh_id: changes within the call; make another call for another mesh", job + "mesh_id");
+void PreviewSession::begin(const std::vector<MeshPtr>& meshes, const v1::PreviewRequest& request,
+                           const SliceLimits& limits) {
+  solids_.clear();
+  const auto add = [&](std::span<const MeshPtr> among, const std::string& id, const std::string& field) {
+    const auto mesh = std::ranges::find(among, id, &CachedMesh::id);
+    if (mesh == among.end()) {
+      throw ServiceError(ServiceErrorCode::kRequestMalformed,
+                         field + ": changes within the call; make another call for another mesh", field);
+    }
+    solids_.push_back((*mesh)->solid());
+  };
+  if (request.plane().has_layer()) {
+    const v1::SliceJob& job = request.plane().layer().job();
+    for (int p = 0; p < job.parts_size(); ++p) {
+      add(meshes, job.parts(p).mesh_id(), std::string(kLayerJobPath) + "." + path_of_part(p) + ".mesh_id");
+    }
+  } else {
+    const std::string& first = meshes.front()->id();
+    add(std::span(meshes).first(1), request.mesh_id().empty() ? first : request.mesh_id(), "mesh_id");
   }
-  const SolidSummary& solid = mesh_->solid()->summary();
+  const SolidSummary& solid = meshes.front()->solid()->summary();
   if (request.has_placement()) {
     setting_.placement = to_placement(request.placement(), solid.bounding_box, limits);
   }
@@ -33,7 +48,7 @@ void PreviewSession::begin(const MeshPtr& mesh, const v1::PreviewRequest& reques
 
 PreviewWork PreviewSession::work(const v1::PreviewRequest& request, const SliceLimits& limits,
                                  const CancellationToken& cancel) const {
-  return to_preview(request, setting_, mesh_->solid(), limits, cancel);
+  return to_preview(request, setting_, solids_, limits, cancel);
 }
 
 std::string PreviewSession::layers_key(const v1::PreviewRequest& request) const {

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What holds from request to request of one preview: the mesh, and what earlier requests have set.
+// What holds from request to request of one preview: the meshes, and what earlier requests have set.
 
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -29,9 +30,9 @@ struct PreviewTimes {
 /// One thread at a time.
 class PreviewSession {
  public:
-  /// Takes what the request sets for free planes. Throws ServiceError{kRequestMalformed} if it names another mesh than
-  /// the one before, and what to_placement() and to_printing() throw.
-  void begin(const MeshPtr& mesh, const v1::PreviewRequest& request, const SliceLimits& limits);
+  /// Takes what the request sets for free planes, which are of the first of the call's meshes. Throws
+  /// ServiceError{kRequestMalformed} if it names another mesh, and what to_placement() and to_printing() throw.
+  void begin(const std::vector<MeshPtr>& meshes, const v1::PreviewRequest& request, const SliceLimits& limits);
   /// What it shows. Throws what to_preview() throws.
   PreviewWork work(const v1::PreviewRequest& request, const SliceLimits& limits, const CancellationToken& cancel) const;
   /// Equal for requests whose layers are of one job: these differ in their numbers only.
@@ -42,7 +43,7 @@ class PreviewSession {
                                           const PreviewTimes& times, const CancellationToken& cancel);
 
  private:
-  MeshPtr mesh_;
+  std::vector<std::shared_ptr<const LimitSolid>> solids_;  // Of the request's parts, or of its plane.
   PreviewSetting setting_;
   PngEncoder png_;
 };

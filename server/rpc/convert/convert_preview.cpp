@@ -96,27 +96,17 @@ PreviewJob to_plane_job(const v1::PreviewRequest& request, const PreviewSetting&
   return job;
 }
 
-/// The job but for what its pictures would be: contours stand in for them.
-SliceJob to_job_of_layer(const v1::PreviewLayer& plane, const std::shared_ptr<const LimitSolid>& solid,
-                         const SliceLimits& limits, const CancellationToken& cancel) {
+/// The parts but for what their pictures would be: contours stand in for them.
+PlacedParts to_parts_of_layer(const v1::PreviewLayer& plane, std::span<const std::shared_ptr<const LimitSolid>> solids,
+                              const SliceLimits& limits, const CancellationToken& cancel) {
   v1::SliceJob job = plane.job();
   job.clear_planes();
   job.clear_layout();
   job.mutable_contours()->clear_by_cell_region();
-  return to_placed_parts(job, kLayerJobPath, std::span(&solid, 1), limits, cancel).front().job;
+  return to_placed_parts(job, kLayerJobPath, solids, limits, cancel);
 }
 
-LayerPreview to_layer(const v1::PreviewRequest& request, const std::shared_ptr<const LimitSolid>& solid,
-                      const SliceLimits& limits, const CancellationToken& cancel) {
-  const v1::PreviewLayer& plane = request.plane().layer();
-  if (request.width() != 0 || request.height() != 0) {
-    malformed("a layer is as wide and high as its region: leave width and height out", "width");
-  }
-  SliceJob job = to_job_of_layer(plane, solid, limits, cancel);
-  LayerPreview preview;
-  const auto printing = job.printing ? std::make_shared<const Printing>(*job.printing) : nullptr;
-  preview.show = to_colours(request.content(), printing, solid->summary());
-  at_job(kLayerJobPath, [&] { validate_colours(solid->summary(), preview.show); });
+void validate_layer(std::uint32_t layer, const SliceJob& job) {
   const LayerWindow window = region_of(job).window();
   if (window.columns > kMaxPreviewPixels || window.rows > kMaxPreviewPixels) {
     throw Error(ErrorCode::kPictureTooLarge,
@@ -125,31 +115,50 @@ LayerPreview to_layer(const v1::PreviewRequest& request, const std::shared_ptr<c
                     " each way; give a region, or ask SliceRange for it",
                 "plane.layer");
   }
-  if (plane.layer() >= job.grid.extent.layers) {
-    throw Error(ErrorCode::kLayerRangeOutOfBounds,
-                "plane.layer.layer: there is no layer " + std::to_string(plane.layer()) + "; the grid has " +
-                    std::to_string(job.grid.extent.layers),
-                "plane.layer.layer");
+  if (layer < job.grid.extent.layers) return;
+  throw Error(ErrorCode::kLayerRangeOutOfBounds,
+              "plane.layer.layer: there is no layer " + std::to_string(layer) + "; the grid has " +
+                  std::to_string(job.grid.extent.layers),
+              "plane.layer.layer");
+}
+
+LayerPreview to_layer(const v1::PreviewRequest& request, std::span<const std::shared_ptr<const LimitSolid>> solids,
+                      const SliceLimits& limits, const CancellationToken& cancel) {
+  const v1::PreviewLayer& plane = request.plane().layer();
+  if (request.width() != 0 || request.height() != 0) {
+    malformed("a layer is as wide and high as its region: leave width and height out", "width");
   }
-  if (job.region) {  // Its layers don't matter.
-    job.region->first_layer = plane.layer();
-    job.region->extent.layers = 1;
+  LayerPreview preview{to_parts_of_layer(plane, solids, limits, cancel), {}, plane.layer()};
+  for (PlacedPart& part : preview.parts) {
+    cancel.throw_if_cancelled();
+    SliceJob& job = part.job;
+    const bool is_first = &part == &preview.parts.front();
+    const SolidSummary& solid = part.solid->summary();
+    const auto printing = job.printing && is_first ? std::make_shared<const Printing>(*job.printing) : nullptr;
+    PreviewColours show = to_colours(request.content(), printing, solid);
+    if (is_first) {
+      at_job(kLayerJobPath, [&] { validate_colours(solid, show); });
+      validate_layer(preview.layer, job);
+    }
+    if (job.region) {  // Its layers don't matter.
+      job.region->first_layer = preview.layer;
+      job.region->extent.layers = 1;
+    }
+    job = layer_preview_job(std::move(job), show, request.contours());
+    if (!part.is_copy) at_job(kLayerJobPath, [&] { validate_job(solid, job, limits); });
+    if (is_first) preview.show = std::move(show);
   }
-  preview.contours = request.contours();
-  preview.job = layer_preview_job(std::move(job), preview.show, preview.contours);
-  preview.layer = plane.layer();
-  at_job(kLayerJobPath, [&] { validate_job(*solid, preview.job, limits); });
   return preview;
 }
 
 }  // namespace
 
 PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& setting,
-                       const std::shared_ptr<const LimitSolid>& solid, const SliceLimits& limits,
+                       std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
                        const CancellationToken& cancel) {
   switch (request.plane().plane_case()) {
-    case v1::PreviewPlane::kFree: return to_plane_job(request, setting, *solid, limits, cancel);
-    case v1::PreviewPlane::kLayer: return to_layer(request, solid, limits, cancel);
+    case v1::PreviewPlane::kFree: return to_plane_job(request, setting, *solids.front(), limits, cancel);
+    case v1::PreviewPlane::kLayer: return to_layer(request, solids, limits, cancel);
     default: malformed("neither free nor layer: say which plane", "plane");
   }
 }

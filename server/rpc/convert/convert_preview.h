@@ -13,7 +13,7 @@
 
 #include "ccslice/v1/preview.pb.h"
 #include "core/base/cancellation.h"
-#include "core/job/slice_job.h"
+#include "core/job/placed_part.h"
 #include "core/job/slice_limits.h"
 #include "core/limit/limit_solid.h"
 #include "core/preview/preview_job.h"
@@ -28,18 +28,17 @@ struct PreviewSetting {
 
 /// A layer of a job to be shown, as core/preview/layer_painter.h makes it.
 struct LayerPreview {
-  SliceJob job;
+  PlacedParts parts;
   PreviewColours show;
-  bool contours = false;
   std::uint32_t layer = 0;
 };
 
 using PreviewWork = std::variant<PreviewJob, LayerPreview>;
 
-/// What the request shows, valid for the solid and within the limits. Throws Error (2xx),
-/// ServiceError{kRequestMalformed, kPrinterUnknown, kPrinterInvalid}.
+/// What the request shows, valid for the solids and within the limits. `solids`: that of a free plane, or those of the
+/// parts of a layer's job. Throws Error (2xx), ServiceError{kRequestMalformed, kPrinterUnknown, kPrinterInvalid}.
 PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& setting,
-                       const std::shared_ptr<const LimitSolid>& solid, const SliceLimits& limits,
+                       std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
                        const CancellationToken& cancel);
 
 /// All but the times and the bytes of the encoded picture.

@@ -27,8 +27,6 @@ namespace {
 constexpr std::size_t kMaxPartNameBytes = 64;
 constexpr int kMaxParts = 256;  // Each may have maps of its own, which take memory.
 
-std::string path_of_part(int part) { return "parts[" + std::to_string(part) + "]"; }
-
 int placements_of(const v1::Part& part) { return std::max(1, part.placements_size()); }
 
 void require_count(const v1::SliceJob& job) {
@@ -327,18 +325,6 @@ std::vector<std::string> mesh_ids_of(const v1::SliceJob& job, const std::string&
     require_mesh_id(ids.back(), path + "." + path_of_part(p) + ".mesh_id");
   }
   return ids;
-}
-
-const std::string& only_mesh_id_of(const v1::SliceJob& job, const std::string& path) {
-  if (job.parts_size() > 1 || (job.parts_size() == 1 && placements_of(job.parts(0)) > 1)) {
-    const std::string field = path + ".parts";
-    throw Error(
-        ErrorCode::kTooManyParts,
-        field + ": pictures show one part in one place; ask for those of each part, or for layers by SliceRange",
-        field);
-  }
-  (void)mesh_ids_of(job, path);
-  return job.parts(0).mesh_id();
 }
 
 std::vector<PartPlace> part_places(const v1::SliceJob& job) {

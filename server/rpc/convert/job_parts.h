@@ -19,12 +19,12 @@
 
 namespace ccslice::server {
 
+/// The field of a part within its job.
+inline std::string path_of_part(int part) { return "parts[" + std::to_string(part) + "]"; }
+
 /// The meshes of the parts of the job at `path` of a request, in the order of its parts. Throws Error{kPartsMissing,
 /// kTooManyParts, kPartNameInvalid}, ServiceError{kMeshIdInvalid}.
 std::vector<std::string> mesh_ids_of(const v1::SliceJob& job, const std::string& path);
-
-/// The same of a job that is to have one part in one place. Throws as above.
-const std::string& only_mesh_id_of(const v1::SliceJob& job, const std::string& path);
 
 /// Which part of the message, and which of its placements.
 struct PartPlace {

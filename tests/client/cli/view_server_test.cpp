@@ -275,7 +275,7 @@ TEST_F(View, NamesWhatIsWrong) {
   expect(post("/api/boundary", "[]"), 400, "REQUEST_MALFORMED");
   expect(post("/api/plan", R"({"job":{"grid":{"pitch":{"x_mm":0}}}})"), 400, "PITCH_INVALID");
   expect(post("/api/plan", R"({"job":{"parts":[{"mesh_id":"ring"}]}})"), 400, "MESH_ID_INVALID");
-  expect(post("/api/preview", R"({"plane":{"layer":{"job":{"parts":[{},{}]}}}})"), 400, "TOO_MANY_PARTS");
+  expect(post("/api/preview", R"({"plane":{"layer":{"job":{"parts":[{},{}]}}}})"), 400, "PART_NAME_INVALID");
   for (const std::size_t megabytes : {5, 100}) {
     // The answer may come, and the connection be closed, before all has been sent.
     const auto refused = post("/api/preview", std::string(megabytes << 20, ' '));

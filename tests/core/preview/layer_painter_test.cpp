@@ -29,16 +29,16 @@ class LayerPainterTest : public testing::Test {
     printing->map.kind = BlendMap{0, {{0, 1}, {1, 2}}};
     printing->halftone = {HalftoneMethod::kErrorDiffusion, 5};
     printing_ = printing;
+    job_.printing = *printing_;
   }
 
   PreviewPicture paint(const PreviewColours& show, std::uint32_t layer, bool contours = false) {
-    return LayerPainter(solid_, layer_preview_job(job_, show, contours), show, {}).paint(layer, {});
+    return LayerPainter({{"", solid_, layer_preview_job(job_, show, contours)}}, show, {}).paint(layer, {});
   }
 
   /// The bytes of a plane of the job's layer, as slicing gives them.
   std::vector<std::uint8_t> sliced(PlaneSpec plane, std::uint32_t layer) {
     SliceJob job = job_;
-    job.printing = *printing_;
     job.planes = {std::move(plane)};
     return LayerSlicer(solid_, job).slice(layer, {}).planes.front().bytes;
   }
@@ -55,7 +55,6 @@ class LayerPainterTest : public testing::Test {
 TEST_F(LayerPainterTest, HalftonesAreTheLayersToTheBit) {
   PreviewColours show;
   show.content = PreviewContent::kHalftone;
-  show.printing = printing_;
   PlaneSpec materials = occupancy();
   materials.content = PlaneContent::kMaterials;
   materials.sample_type = SampleType::kUint8;
@@ -113,7 +112,6 @@ TEST_F(LayerPainterTest, MixesAndOutlinesShowTheSameVoxels) {
   const PreviewPicture plain = paint(show, 5, /*contours=*/true);
   EXPECT_EQ(plain.outlines.size(), 1u);
   show.content = PreviewContent::kMix;
-  show.printing = printing_;
   const PreviewPicture mixed = paint(show, 5);
   EXPECT_TRUE(mixed.outlines.empty());
   EXPECT_EQ(mixed.pixels_inside, plain.pixels_inside);
@@ -127,15 +125,12 @@ TEST_F(LayerPainterTest, RegionsAreMixedByTheirOwnMaps) {
       oracle::with_regions(make_box(), 2, [&](const Vec3& middle) { return middle.x() < interface_mm ? 0 : 1; }));
   PreviewColours show;
   show.content = PreviewContent::kMix;
-  show.printing = printing_;
   const auto painted = [&] {
-    return LayerPainter(solid, layer_preview_job(job_, show, /*contours=*/false), show, {}).paint(5, {});
+    return LayerPainter({{"", solid, layer_preview_job(job_, show, /*contours=*/false)}}, show, {}).paint(5, {});
   };
   const PreviewPicture whole = painted();
-  auto by_region = std::make_shared<Printing>(*printing_);
-  by_region->map.kind = {};
-  by_region->cell_region_maps = {{1, printing_->map}, {0, {PureMap{2}}}};
-  show.printing = by_region;
+  job_.printing->map.kind = {};
+  job_.printing->cell_region_maps = {{1, printing_->map}, {0, {PureMap{2}}}};
   const PreviewPicture picture = painted();
   EXPECT_EQ(picture.pixels_inside, whole.pixels_inside);
   for (std::uint32_t row = 0; row < picture.rows; ++row) {

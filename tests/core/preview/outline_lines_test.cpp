@@ -196,9 +196,9 @@ TEST_F(PicturesWithLines, OfLayersDifferAlongTheOutlinesOnly) {
   // The outlines run along the grid's edges.
   job.region = VoxelRegion{4, 3, 0, {job.grid.extent.columns - 4, job.grid.extent.rows - 3, job.grid.extent.layers}};
   PreviewColours show;
-  const PreviewPicture plain = LayerPainter(solid_, layer_preview_job(job, show, true), show, {}).paint(5, {});
+  const PreviewPicture plain = LayerPainter({{"", solid_, layer_preview_job(job, show, true)}}, show, {}).paint(5, {});
   show.lines = PreviewLines{2, {0, 0, 0}};
-  const PreviewPicture lined = LayerPainter(solid_, layer_preview_job(job, show, false), show, {}).paint(5, {});
+  const PreviewPicture lined = LayerPainter({{"", solid_, layer_preview_job(job, show, false)}}, show, {}).paint(5, {});
   const Change change = change_between(plain, lined, 2);
   EXPECT_GT(change.pixels, 50);
   EXPECT_EQ(change.beyond, 0);
