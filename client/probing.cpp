@@ -28,7 +28,7 @@ constexpr std::size_t kMostUnanswered = 8;
 void check_answer(const v1::ProbePointsResponse& answer, int points) {
   const bool fits = answer.locations_size() == points && answer.limit_cells_size() == points &&
                     answer.control_cells_size() == points && answer.residuals_mm_size() == points &&
-                    answer.uvw_size() == 3 * points && answer.materials_size() % points == 0;
+                    answer.uvw_size() == 3 * points && answer.channel_values_size() % points == 0;
   require_answer(fits, "it doesn't fit the points asked for");
 }
 

@@ -17,7 +17,7 @@ namespace ccslice::client {
 struct Surface {
   v1::TessellationHeader header;
   std::vector<std::array<double, 3>> points_mm;         // World frame.
-  std::vector<float> materials;                         // Values of header.channels, point by point.
+  std::vector<float> channel_values;                    // Values of header.channels, point by point.
   std::vector<std::array<std::uint32_t, 3>> triangles;  // Counter-clockwise from outside.
 };
 

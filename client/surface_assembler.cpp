@@ -44,14 +44,15 @@ void SurfaceAssembler::add(const v1::VertexChunk& chunk) {
   const int points = chunk.positions_mm_size() / 3;
   require_answer(chunk.positions_mm_size() > 0, "an empty chunk");
   require_answer(chunk.positions_mm_size() == 3 * points &&
-                     chunk.materials_size() == std::int64_t{points} * surface_.header.channels_size(),
+                     chunk.channel_values_size() == std::int64_t{points} * surface_.header.channels_size(),
                  "vertices without all their numbers");
   require_answer(static_cast<std::uint64_t>(points) <= surface_.header.vertex_count() - chunk.first_vertex(),
                  "more vertices than announced");
   for (int i = 0; i < 3 * points; i += 3) {
     surface_.points_mm.push_back({chunk.positions_mm(i), chunk.positions_mm(i + 1), chunk.positions_mm(i + 2)});
   }
-  surface_.materials.insert(surface_.materials.end(), chunk.materials().begin(), chunk.materials().end());
+  surface_.channel_values.insert(surface_.channel_values.end(), chunk.channel_values().begin(),
+                                 chunk.channel_values().end());
 }
 
 void SurfaceAssembler::add(const v1::TriangleChunk& chunk) {

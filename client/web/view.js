@@ -111,7 +111,7 @@ async function probe(x, y) {
   try {
     const answer = await (await post("api/probe", { mesh_id: state.mesh, points_mm: point })).json();
     if (answer.locations[0] !== "POINT_LOCATION_INSIDE") return tell(`${place}: outside`);
-    const values = mesh().channels.map((c, i) => `${c.name} ${show(answer.materials[i])}`);
+    const values = mesh().channels.map((c, i) => `${c.name} ${show(answer.channel_values[i])}`);
     return tell(`${place}: cell ${answer.control_cells[0]}, (u, v, w) = (${answer.uvw.map(show).join(", ")}), ` +
       values.join(", "));
   } catch (error) {

@@ -112,7 +112,7 @@ def differences(server, mesh_id, manifest, folder, channel):
         if inside != (answer["location"] == "inside"):
             contradicted.append(point)
         elif inside:
-            worst = max(worst, abs(value - answer["materials"][channel["name"]]) / span)
+            worst = max(worst, abs(value - answer["channel_values"][channel["name"]]) / span)
     return len(checks), far_from_surface(server, mesh_id, contradicted, folder), worst
 
 

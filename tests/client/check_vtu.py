@@ -81,7 +81,7 @@ def check_materials(ccslice, mesh, grid, channel, seed=1, count=300):
     assert len(answers) == count
     for place, value, answer in zip(places, expected, answers):
         assert answer["location"] == "inside", (place, answer)
-        assert abs(answer["materials"][channel] - value) < 2e-6, (place, value, answer)
+        assert abs(answer["channel_values"][channel] - value) < 2e-6, (place, value, answer)
 
 
 def check(ccslice, model, levels, tolerance):

@@ -467,7 +467,7 @@ TEST_F(ClientTest, ProbesAnyNumberOfPoints) {
   for (int i = 0; i < 10'000; ++i) points.insert(points.end(), {static_cast<double>(i), 0, 0});
   std::size_t next = 0;
   for (const v1::ProbePointsResponse& answer : client_.probe(mesh_->id(), {}, points)) {
-    for (const double value : answer.materials()) EXPECT_EQ(value, static_cast<double>(next++));
+    for (const double value : answer.channel_values()) EXPECT_EQ(value, static_cast<double>(next++));
   }
   EXPECT_EQ(next, 10'000u);
 }
@@ -487,10 +487,10 @@ struct CountedPoints {
     return points;
   };
   PointAnswers take = [this](std::span<const double> points, const v1::ProbePointsResponse& answer) {
-    ASSERT_EQ(points.size(), 3 * static_cast<std::size_t>(answer.materials_size()));
-    for (int i = 0; i < answer.materials_size(); ++i) {
-      EXPECT_EQ(points[3 * static_cast<std::size_t>(i)], answer.materials(i));
-      answered.push_back(answer.materials(i));
+    ASSERT_EQ(points.size(), 3 * static_cast<std::size_t>(answer.channel_values_size()));
+    for (int i = 0; i < answer.channel_values_size(); ++i) {
+      EXPECT_EQ(points[3 * static_cast<std::size_t>(i)], answer.channel_values(i));
+      answered.push_back(answer.channel_values(i));
     }
     taken += points.size() / 3;
   };

@@ -196,8 +196,8 @@ TEST_F(EndToEnd, ProbesTheBox) {
   const auto answers = client.probe(id, {}, {6, 8, 4, 12, 1, 7, 30, 0, 0});
   ASSERT_EQ(answers.size(), 1u);
   EXPECT_EQ(answers[0].locations(0), v1::POINT_LOCATION_INSIDE);
-  EXPECT_NEAR(answers[0].materials(0), 0.25, 1e-6);
-  EXPECT_NEAR(answers[0].materials(1), 0.5, 1e-6);
+  EXPECT_NEAR(answers[0].channel_values(0), 0.25, 1e-6);
+  EXPECT_NEAR(answers[0].channel_values(1), 0.5, 1e-6);
   EXPECT_EQ(answers[0].locations(2), v1::POINT_LOCATION_OUTSIDE);
 }
 

@@ -288,7 +288,7 @@ grpc::Status FakeSlicer::ProbePoints(
       response.add_control_cells(0);
       response.add_residuals_mm(0);
       for (int axis = 0; axis < 3; ++axis) response.add_uvw(0.5);
-      response.add_materials(batch.points_mm(i));
+      response.add_channel_values(batch.points_mm(i));
     }
     stream->Write(response);
   }

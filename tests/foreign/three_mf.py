@@ -84,7 +84,7 @@ def compare_with_probes(ccslice, mesh, layers, sheets, properties, channels):
         assert each["linear"] and each["clamps"] and each["channel"] == "red", each
         stack = pictures(sheets / f"{number}_{k}.png" for k in range(each["sheets"]))
         values = sampled(stack, np.array(each["transform"]), points) * each["scale"] + each["offset"]
-        expected = np.array([point["materials"][channel] for point in probed if point["location"] == "inside"])
+        expected = np.array([point["channel_values"][channel] for point in probed if point["location"] == "inside"])
         worst = max(worst, np.abs(values[known] - expected).max() / each["scale"] * 255)
     assert worst <= 1, worst
     return worst

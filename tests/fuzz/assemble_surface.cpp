@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     while (!bytes.at_end() && message.ParseFromString(bytes.message())) assembler.add(message);
     const ccslice::client::Surface surface = std::move(assembler).finish();
     const std::size_t channels = static_cast<std::size_t>(surface.header.channels_size());
-    if (surface.materials.size() != channels * surface.points_mm.size()) std::abort();
+    if (surface.channel_values.size() != channels * surface.points_mm.size()) std::abort();
     for (const auto& triangle : surface.triangles) {
       for (const std::uint32_t vertex : triangle) {
         if (vertex >= surface.points_mm.size()) std::abort();

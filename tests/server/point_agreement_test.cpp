@@ -166,14 +166,14 @@ class PointAgreement : public ::testing::Test {
     const int channels = summary_.channels_size();
     for (int c = 0; c < channels; ++c) {
       const double range = summary_.channels(c).max_value() - summary_.channels(c).min_value();
-      const double value = probed.materials(channels * p + c);
+      const double value = probed.channel_values(channels * p + c);
       const double sliced = static_cast<double>(
           voxels.materials[voxel * static_cast<std::size_t>(channels) + static_cast<std::size_t>(c)]);
       const double rounding = static_cast<double>(std::numeric_limits<float>::epsilon()) * std::abs(value);
       double& worst = off ? result.material_off : result.material;
       worst = std::max(worst, (std::abs(value - sliced) - rounding) / range);
       result.evaluated_material =
-          std::max(result.evaluated_material, std::abs(value - evaluated.materials(channels * p + c)) / range);
+          std::max(result.evaluated_material, std::abs(value - evaluated.channel_values(channels * p + c)) / range);
     }
   }
 

@@ -79,9 +79,9 @@ TEST_F(PointRpcs, ProbeTellsInsideFromNearFromOutside) {
   EXPECT_EQ(answer.locations(2), v1::POINT_LOCATION_NEAR);
   EXPECT_EQ(answer.locations(3), v1::POINT_LOCATION_INSIDE);
   EXPECT_EQ(answer.uvw_size(), 12);
-  EXPECT_NEAR(answer.materials(0), 1, 1e-5);
-  EXPECT_EQ(answer.materials(1), 0);
-  EXPECT_NEAR(answer.materials(3), 7.5, 1e-5);
+  EXPECT_NEAR(answer.channel_values(0), 1, 1e-5);
+  EXPECT_EQ(answer.channel_values(1), 0);
+  EXPECT_NEAR(answer.channel_values(3), 7.5, 1e-5);
   EXPECT_LE(answer.residuals_mm(0), 1e-6);
   EXPECT_NEAR(answer.residuals_mm(2), 0.0015, 1e-5);
   EXPECT_LT(answer.control_cells(0), 8u);
@@ -124,7 +124,7 @@ TEST_F(PointRpcs, EvaluateUndoesProbe) {
   ASSERT_TRUE(evaluate({back}, evaluated).ok());
   for (int i = 0; i < 3000; ++i) ASSERT_NEAR(evaluated.at(0).positions_mm(i), request.points_mm(i), 1e-5);
   EXPECT_EQ(evaluated.at(0).jacobians_mm_size(), 9000);
-  EXPECT_EQ(evaluated.at(0).materials_size(), 1000);
+  EXPECT_EQ(evaluated.at(0).channel_values_size(), 1000);
 }
 
 TEST_F(PointRpcs, APlacementHoldsUntilAnotherOneIsSet) {

@@ -38,7 +38,8 @@ class Tessellate : public ::testing::Test {
       }
       surface.positions_mm.insert(surface.positions_mm.end(), vertices.positions_mm().begin(),
                                   vertices.positions_mm().end());
-      surface.materials.insert(surface.materials.end(), vertices.materials().begin(), vertices.materials().end());
+      surface.materials.insert(surface.materials.end(), vertices.channel_values().begin(),
+                               vertices.channel_values().end());
       const auto& triangles = message.triangle_chunk().vertices();
       surface.vertices.insert(surface.vertices.end(), triangles.begin(), triangles.end());
     }

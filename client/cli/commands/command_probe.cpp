@@ -80,7 +80,7 @@ struct PointAnswer {
 
   bool outside() const { return batch.locations(index) == v1::POINT_LOCATION_OUTSIDE; }
   double uvw(int i) const { return batch.uvw(3 * index + i); }
-  double material(int channel) const { return batch.materials(index * channels + channel); }
+  double value(int channel) const { return batch.channel_values(index * channels + channel); }
 };
 
 void add_json(const double* point, const PointAnswer& answer, const v1::MeshSummary& mesh, const FileNumbers* numbers,
@@ -94,8 +94,11 @@ void add_json(const double* point, const PointAnswer& answer, const v1::MeshSumm
     if (numbers != nullptr) json.member("file_cell", file_cell(*numbers, cell));
     json.key("uvw").begin_array();
     for (int i = 0; i < 3; ++i) json.value(answer.uvw(i));
-    json.end_array().member("residual_mm", answer.batch.residuals_mm(answer.index)).key("materials").begin_object();
-    for (int i = 0; i < mesh.channels_size(); ++i) json.member(mesh.channels(i).name(), answer.material(i));
+    json.end_array()
+        .member("residual_mm", answer.batch.residuals_mm(answer.index))
+        .key("channel_values")
+        .begin_object();
+    for (int i = 0; i < mesh.channels_size(); ++i) json.member(mesh.channels(i).name(), answer.value(i));
     json.end_object();
   }
   json.end_object();
@@ -112,7 +115,7 @@ std::string as_text(const double* point, const PointAnswer& answer, const v1::Me
   text +=
       " (" + show_number(answer.uvw(0)) + ", " + show_number(answer.uvw(1)) + ", " + show_number(answer.uvw(2)) + ")";
   for (int i = 0; i < mesh.channels_size(); ++i) {
-    text += ", " + echoed(mesh.channels(i).name()) + " " + show_number(answer.material(i));
+    text += ", " + echoed(mesh.channels(i).name()) + " " + show_number(answer.value(i));
   }
   return text;
 }

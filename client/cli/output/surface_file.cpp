@@ -83,8 +83,8 @@ void append_channels(const client::Surface& surface, std::string& file) {
   for (std::size_t channel = 0; channel < channels; ++channel) {
     file += "\nSCALARS " + vtk_name(surface.header.channels(static_cast<int>(channel)).name()) + " float 1\n";
     file += "LOOKUP_TABLE default\n";
-    for (std::size_t at = channel; at < surface.materials.size(); at += channels) {
-      append_big_endian(file, std::bit_cast<std::uint32_t>(surface.materials[at]));
+    for (std::size_t at = channel; at < surface.channel_values.size(); at += channels) {
+      append_big_endian(file, std::bit_cast<std::uint32_t>(surface.channel_values[at]));
     }
   }
   file += "\n";

@@ -216,8 +216,8 @@ std::vector<float> surface_values(const client::Surface& surface, const Legend& 
   const auto [low, high] = *legend.range;
   const double scale = high > low ? 1 / (high - low) : 0;
   const auto count = static_cast<std::size_t>(channels.size());
-  for (auto i = static_cast<std::size_t>(channel - channels.begin()); i < surface.materials.size(); i += count) {
-    values.push_back(static_cast<float>(scale * (static_cast<double>(surface.materials[i]) - low)));
+  for (auto i = static_cast<std::size_t>(channel - channels.begin()); i < surface.channel_values.size(); i += count) {
+    values.push_back(static_cast<float>(scale * (static_cast<double>(surface.channel_values[i]) - low)));
   }
   return values;
 }

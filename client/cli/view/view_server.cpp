@@ -101,7 +101,7 @@ std::string surface_bytes(const client::Surface& surface, std::optional<std::siz
   }
   const auto channels = static_cast<std::size_t>(surface.header.channels_size());
   for (std::size_t v = 0; channel && v < surface.points_mm.size(); ++v) {
-    numbers.push_back(surface.materials[channels * v + *channel]);
+    numbers.push_back(surface.channel_values[channels * v + *channel]);
   }
   std::string bytes;
   append(numbers, bytes);

@@ -122,7 +122,7 @@ def ccslice_probe(point=None):
         return None
     known = json.loads(_call("api/meshes")[0])
     channels = next(mesh for mesh in known["meshes"] if mesh["mesh_id"] == known["first"])["channels"]
-    return {channel["name"]: value for channel, value in zip(channels, answer["materials"])}
+    return {channel["name"]: value for channel, value in zip(channels, answer["channel_values"])}
 
 
 if bpy.app.background and "--" in sys.argv:

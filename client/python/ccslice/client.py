@@ -287,12 +287,12 @@ class Client:
         locations = _joined(answers, "locations", np.int32)
         outside = locations == points_pb2.POINT_LOCATION_OUTSIDE
         uvw = _joined(answers, "uvw", np.float64).reshape(-1, 3)
-        materials = _joined(answers, "materials", np.float64).reshape(len(points), len(names))
+        values = _joined(answers, "channel_values", np.float64).reshape(len(points), len(names))
         residuals = _joined(answers, "residuals_mm", np.float64)
-        uvw[outside], materials[outside], residuals[outside] = np.nan, np.nan, np.nan
+        uvw[outside], values[outside], residuals[outside] = np.nan, np.nan, np.nan
         return Probe(locations == points_pb2.POINT_LOCATION_INSIDE, locations == points_pb2.POINT_LOCATION_NEAR,
                      _joined(answers, "control_cells", np.uint32), _joined(answers, "limit_cells", np.uint32), uvw,
-                     {name: materials[:, i] for i, name in enumerate(names)}, residuals)
+                     {name: values[:, i] for i, name in enumerate(names)}, residuals)
 
     def evaluate(self, mesh: Union[Mesh, str], limit_cells: Any, uvw: Any, *, placement: Any = None) -> Evaluation:
         """The limit at parameters (n, 3) in [0, 1] of limit cells (n,)."""
@@ -313,9 +313,9 @@ class Client:
             return message
 
         answers = self._in_batches(self._stub.EvaluatePoints, mesh_id, both, request, len(names))
-        materials = _joined(answers, "materials", np.float64).reshape(len(both), len(names))
+        values = _joined(answers, "channel_values", np.float64).reshape(len(both), len(names))
         return Evaluation(_joined(answers, "positions_mm", np.float64).reshape(-1, 3),
-                          {name: materials[:, i] for i, name in enumerate(names)},
+                          {name: values[:, i] for i, name in enumerate(names)},
                           _joined(answers, "jacobians_mm", np.float64).reshape(-1, 3, 3))
 
     def tessellate(self, mesh: Union[Mesh, str], *, chord_tolerance_mm: Optional[float] = None,
@@ -676,7 +676,7 @@ def _has_points(answer: Any, points: int, channels: int) -> bool:
         numbers = {"locations": 1, "limit_cells": 1, "control_cells": 1, "residuals_mm": 1, "uvw": 3}
     else:
         numbers = {"positions_mm": 3, "jacobians_mm": 9}
-    numbers["materials"] = channels
+    numbers["channel_values"] = channels
     return all(len(getattr(answer, name)) == count * points for name, count in numbers.items())
 
 
@@ -706,7 +706,7 @@ def _layers_of(stream: Any, first: Optional[slice_pb2.SliceRangeResponse], reque
 
 
 def _surface(stream: Iterable[surface_pb2.TessellateBoundaryResponse]) -> Surface:
-    header, points, materials, triangles = None, [], [], []
+    header, points, values, triangles = None, [], [], []
     vertex_count = triangle_count = 0
     for message in stream:
         event = message.WhichOneof("event")
@@ -719,12 +719,12 @@ def _surface(stream: Iterable[surface_pb2.TessellateBoundaryResponse]) -> Surfac
             chunk = message.vertex_chunk
             count, rest = divmod(len(chunk.positions_mm), 3)
             require_answer(chunk.first_vertex == vertex_count and count > 0, "vertices out of order, or none")
-            require_answer(rest == 0 and len(chunk.materials) == count * len(header.channels),
+            require_answer(rest == 0 and len(chunk.channel_values) == count * len(header.channels),
                            "vertices without all their numbers")
             vertex_count += count
             require_answer(vertex_count <= header.vertex_count, "more vertices than announced")
             points.append(np.array(chunk.positions_mm, dtype=np.float64))
-            materials.append(np.array(chunk.materials, dtype=np.float32))
+            values.append(np.array(chunk.channel_values, dtype=np.float32))
         else:
             chunk = message.triangle_chunk
             count, rest = divmod(len(chunk.vertices), 3)
@@ -739,5 +739,5 @@ def _surface(stream: Iterable[surface_pb2.TessellateBoundaryResponse]) -> Surfac
                    "a surface with fewer triangles than announced")
     positions = np.concatenate(points or [np.empty(0)]).reshape(-1, 3)
     corners = np.concatenate(triangles or [np.empty(0, np.uint32)]).reshape(-1, 3)
-    values = np.concatenate(materials or [np.empty(0, np.float32)]).reshape(len(positions), len(header.channels))
-    return Surface(positions, corners, {channel.name: values[:, i] for i, channel in enumerate(header.channels)})
+    of_points = np.concatenate(values or [np.empty(0, np.float32)]).reshape(len(positions), len(header.channels))
+    return Surface(positions, corners, {channel.name: of_points[:, i] for i, channel in enumerate(header.channels)})

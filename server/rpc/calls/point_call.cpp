@@ -47,7 +47,7 @@ struct ProbeSetting {
   double contour_tolerance_mm = SliceJob().contour_tolerance_mm;
 };
 
-/// Points are inverted as SliceRange inverts its voxels (point_probe.h), so that both give them the same materials.
+/// Points are inverted as SliceRange inverts its voxels (point_probe.h), so that both give them the same values.
 class ProbeSolver {
  public:
   using Request = v1::ProbePointsRequest;
@@ -86,7 +86,7 @@ class ProbeSolver {
     response.mutable_limit_cells()->Resize(points, 0);
     response.mutable_control_cells()->Resize(points, 0);
     response.mutable_uvw()->Resize(3 * points, 0);
-    response.mutable_materials()->Resize(channels * points, 0);
+    response.mutable_channel_values()->Resize(channels * points, 0);
     response.mutable_residuals_mm()->Resize(points, 0);
     const auto on_found = [&](std::size_t point, const ProbedPoint& found) {
       set(static_cast<int>(point), found, response);
@@ -133,7 +133,7 @@ class ProbeSolver {
     response.set_control_cells(point, solid().control_cell(found.at.cell));
     for (int axis = 0; axis < 3; ++axis) response.set_uvw(3 * point + axis, found.at.uvw[axis]);
     std::ranges::copy(found.channels,
-                      response.mutable_materials()->begin() + point * static_cast<int>(found.channels.size()));
+                      response.mutable_channel_values()->begin() + point * static_cast<int>(found.channels.size()));
     response.set_residuals_mm(point, found.residual_mm);
   }
 
@@ -157,7 +157,7 @@ class EvaluateSolver {
   static constexpr std::uint64_t kBytes = 4 << 20;
 
   explicit EvaluateSolver(MeshPtr mesh)
-      : mesh_(std::move(mesh)), evaluator_(*mesh_->solid()), materials_(mesh_->solid()->channel_count()) {}
+      : mesh_(std::move(mesh)), evaluator_(*mesh_->solid()), values_(mesh_->solid()->channel_count()) {}
 
   static std::size_t points(const Request& request) { return static_cast<std::size_t>(request.limit_cells_size()); }
   static std::uint64_t answer_bytes(std::size_t points, std::size_t channels) {
@@ -172,7 +172,7 @@ class EvaluateSolver {
   void answer(const Setting& setting, const Request& request, Response& response, const CancellationToken& cancel) {
     require_batch(request.uvw_size(), request.limit_cells_size(), "uvw");
     response.mutable_positions_mm()->Reserve(3 * request.limit_cells_size());
-    response.mutable_materials()->Reserve(static_cast<int>(materials_.size()) * request.limit_cells_size());
+    response.mutable_channel_values()->Reserve(static_cast<int>(values_.size()) * request.limit_cells_size());
     response.mutable_jacobians_mm()->Reserve(9 * request.limit_cells_size());
     for (int p = 0; p < request.limit_cells_size(); ++p) {
       cancel.throw_if_cancelled();
@@ -206,9 +206,9 @@ class EvaluateSolver {
     const LimitSample sample = evaluator_.sample(at);
     const Vec3 position = placement * sample.position;
     const Mat3 jacobian = placement.linear() * sample.jacobian;
-    evaluator_.mat(at, materials_);
+    evaluator_.mat(at, values_);
     for (int axis = 0; axis < 3; ++axis) response.add_positions_mm(position[axis]);
-    response.mutable_materials()->Add(materials_.begin(), materials_.end());
+    response.mutable_channel_values()->Add(values_.begin(), values_.end());
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 3; ++column) response.add_jacobians_mm(jacobian(row, column));
     }
@@ -216,7 +216,7 @@ class EvaluateSolver {
 
   MeshPtr mesh_;
   LimitEvaluator evaluator_;
-  std::vector<double> materials_;
+  std::vector<double> values_;
 };
 
 template <class Solver>

@@ -28,7 +28,7 @@ constexpr std::size_t kLaggingChunkBytes = 64u << 10;
 /// All vertices and triangles.
 struct Surface {
   std::vector<double> positions_mm;
-  std::vector<float> materials;
+  std::vector<float> channel_values;
   std::vector<std::uint32_t> triangles;
 
   static std::uint64_t bytes_of(const TessellationSummary& size, std::size_t channels) {
@@ -36,13 +36,13 @@ struct Surface {
   }
   void reserve(const TessellationSummary& size, std::size_t channels) {
     positions_mm.reserve(3 * size.vertices);
-    materials.reserve(channels * size.vertices);
+    channel_values.reserve(channels * size.vertices);
     triangles.reserve(3 * size.triangles);
   }
   void add(const TessellationChunk& chunk) {
     for (const Vec3& position : chunk.positions)
       positions_mm.insert(positions_mm.end(), position.begin(), position.end());
-    materials.insert(materials.end(), chunk.channel_values.begin(), chunk.channel_values.end());
+    channel_values.insert(channel_values.end(), chunk.channel_values.begin(), chunk.channel_values.end());
     for (const auto& triangle : chunk.triangles) triangles.insert(triangles.end(), triangle.begin(), triangle.end());
   }
 };
@@ -198,8 +198,8 @@ class TessellateCall final : public SheddingCall<v1::TessellateBoundaryResponse>
     chunk.set_first_vertex(next_vertex_);
     const auto position = surface.positions_mm.begin() + static_cast<std::ptrdiff_t>(3 * next_vertex_);
     chunk.mutable_positions_mm()->Add(position, position + static_cast<std::ptrdiff_t>(3 * count));
-    const auto material = surface.materials.begin() + static_cast<std::ptrdiff_t>(channels_ * next_vertex_);
-    chunk.mutable_materials()->Add(material, material + static_cast<std::ptrdiff_t>(channels_ * count));
+    const auto values = surface.channel_values.begin() + static_cast<std::ptrdiff_t>(channels_ * next_vertex_);
+    chunk.mutable_channel_values()->Add(values, values + static_cast<std::ptrdiff_t>(channels_ * count));
     next_vertex_ += count;
   }
 

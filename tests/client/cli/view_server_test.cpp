@@ -251,7 +251,7 @@ TEST_F(View, ProbesPointsAndListsMeshes) {
   const auto locations = json_at(answer->body, "locations").list_value();
   EXPECT_EQ(locations.values(0).string_value(), "POINT_LOCATION_INSIDE");
   EXPECT_EQ(locations.values(1).string_value(), "POINT_LOCATION_OUTSIDE");
-  EXPECT_NEAR(json_at(answer->body, "materials").list_value().values(0).number_value(), 0.5, 1e-6);
+  EXPECT_NEAR(json_at(answer->body, "channel_values").list_value().values(0).number_value(), 0.5, 1e-6);
   const auto meshes = http_->Get("/api/meshes", bearer());
   EXPECT_EQ(json_at(meshes->body, "name").string_value(), "box.ccmesh");
   EXPECT_THAT(meshes->body, HasSubstr(json_at(meshes->body, "first").string_value()));

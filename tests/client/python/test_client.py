@@ -775,7 +775,7 @@ class LyingServers(unittest.TestCase):
             return self.client_of(given).probe(mesh, [[1, 2, 3]])
 
         self.assertEqual(len(probed([right]).inside), 1)
-        more = points_pb2.ProbePointsResponse(materials=[0])
+        more = points_pb2.ProbePointsResponse(channel_values=[0])
         more.MergeFrom(right)
         for answers in ([], [right, right], [points_pb2.ProbePointsResponse()], [more], itertools.repeat(right)):
             with self.assertRaises(ccslice.AnswerError):

@@ -161,7 +161,7 @@ async function serviceNames(address, credentials) {
 /** Values of the channels at a point; null outside. */
 async function probe(slicer, meshId, point) {
   const answer = await ask(slicer.ProbePoints(), {mesh_id: meshId, points_mm: point});
-  return answer.locations[0] === 'POINT_LOCATION_INSIDE' ? answer.materials : null;
+  return answer.locations[0] === 'POINT_LOCATION_INSIDE' ? answer.channel_values : null;
 }
 
 /** What a call that fails says: its status code, the stable reason, and the field at fault. */
