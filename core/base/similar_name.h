@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Names that users mistype: letters in another case.
+// Names that users mistype: letters in another case, or a few other ones.
 
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,6 +21,21 @@ inline bool equals_ignoring_case(std::string_view a, std::string_view b) {
   return std::ranges::equal(a, b, {}, lower, lower);
 }
 
+/// How many letters have to be put in, left out or changed to make one name of the other [Levenshtein 1966].
+inline std::size_t letters_between(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);  // From the letters of `a` so far to the first ones of `b`.
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t before = row[0]++;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t changed = before + (a[i] == b[j] ? 0 : 1);
+      before = row[j + 1];
+      row[j + 1] = std::min({changed, before + 1, row[j] + 1});
+    }
+  }
+  return row.back();
+}
+
 /// "; did you mean 'Core'?" if the first name like this one is written with other cases of letters (A to Z). Empty
 /// otherwise.
 template <typename Named>
@@ -27,6 +43,23 @@ std::string hint_of_case(const std::vector<Named>& all, std::string_view name, c
   const auto found = std::ranges::find_if(all, [&](const Named& it) { return equals_ignoring_case(it.name, name); });
   if (found == all.end()) return "";
   return "; did you mean " + std::string(1, quote) + echoed(found->name) + quote + "?";
+}
+
+/// The same of the nearest name, if no more than a third of its letters differ.
+template <typename Named>
+std::string hint_of_name(const std::vector<Named>& all, std::string_view name, char quote) {
+  constexpr std::size_t kLongest = 256, kShare = 3;
+  std::string hint = hint_of_case(all, name, quote);
+  if (!hint.empty() || name.size() > kLongest) return hint;
+  std::size_t least = name.size() / kShare + 1;
+  for (const Named& named : all) {
+    if (named.name.size() > kLongest) continue;
+    const std::size_t letters = letters_between(named.name, name);
+    if (letters >= least) continue;
+    least = letters;
+    hint = "; did you mean " + std::string(1, quote) + echoed(named.name) + quote + "?";
+  }
+  return hint;
 }
 
 }  // namespace ccslice

@@ -112,8 +112,8 @@ std::uint32_t quantize(double value, const ValueRange& range, std::uint32_t larg
   return sample < largest ? static_cast<std::uint32_t>(sample) : largest;
 }
 
-ContonePlane::ContonePlane(const PlaneSpec& spec, const ChannelRange& channel)
-    : channel_(spec.channel),
+ContonePlane::ContonePlane(const PlaneSpec& spec, const ChannelRange& channel, std::optional<std::uint32_t> of_solid)
+    : channel_(of_solid),
       type_(spec.sample_type),
       range_(value_range(spec, channel)),
       channel_range_{channel.min, channel.max},
@@ -140,7 +140,18 @@ void ContonePlane::clear(std::uint32_t width, std::uint32_t height, const Cancel
 }
 
 void ContonePlane::set(std::size_t index, std::span<const double> channel_values) noexcept {
-  const double value = channel_values[channel_];
+  if (channel_) set_value(index, channel_values[*channel_]);
+}
+
+void ContonePlane::read_values(std::size_t index, std::span<float> values) const noexcept {
+  std::memcpy(values.data(), &samples_[sizeof(float) * index], values.size_bytes());
+}
+
+void ContonePlane::set_values(std::size_t index, std::span<const float> values) noexcept {
+  for (std::size_t k = 0; k < values.size(); ++k) set_value(index + k, values[k]);
+}
+
+void ContonePlane::set_value(std::size_t index, double value) noexcept {
   if (type_ == SampleType::kUint8) {
     samples_[index] = static_cast<std::uint8_t>(quantize(value, range_, 255));
   } else if (type_ == SampleType::kUint16) {

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,7 +24,7 @@
 
 namespace ccslice {
 
-/// What an integer plane maps: spec.range, or else the channel's range in the control mesh.
+/// What an integer plane maps: spec.range, or else the channel's range.
 ValueRange value_range(const PlaneSpec& spec, const ChannelRange& channel);
 
 /// REQUIRES: value not NaN. An empty range (a constant channel) maps everything to 0.
@@ -32,14 +33,15 @@ std::uint32_t quantize(double value, const ValueRange& range, std::uint32_t larg
 /// The samples of one channel in one layer. Memory is kept from layer to layer.
 class ContonePlane {
  public:
-  /// REQUIRES: spec.content is kChannel, spec.sample_type isn't kBit.
-  ContonePlane(const PlaneSpec& spec, const ChannelRange& channel);
+  /// `of_solid`: the channel's number in the solid, if it is one of its own. REQUIRES: spec.content is kChannel,
+  /// spec.sample_type isn't kBit.
+  ContonePlane(const PlaneSpec& spec, const ChannelRange& channel, std::optional<std::uint32_t> of_solid);
 
   /// All samples as outside. Throws Error{kCancelled}.
   void clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel = {});
-  /// Sets voxel `index` (width * y + x) from the values of all channels.
+  /// Sets voxel `index` (width * y + x) from the values of all of the solid's channels. Nothing if it isn't of one.
   void set(std::size_t index, std::span<const double> channel_values) noexcept;
-  /// Sets `count` voxels from `index` on from the values of all channels, `channel_count` a voxel.
+  /// The same of `count` voxels from `index` on, `channel_count` values a voxel.
   void set_run(std::size_t index, std::uint32_t count, std::span<const double> channel_values,
                std::size_t channel_count) noexcept;
   /// Sets `count` voxels from `index` on to the values c[0] + c[1] t + c[2] t^2 + c[3] t^3 at t = t0 + k * dt, k from
@@ -47,15 +49,22 @@ class ContonePlane {
   /// 0.
   void set_cubic(std::size_t index, std::uint32_t first, std::uint32_t count, double t0, double dt,
                  const std::array<double, 4>& c) noexcept;
+  /// Values of voxels from `index` on. REQUIRES: kFloat32.
+  void read_values(std::size_t index, std::span<float> values) const noexcept;
+  /// Sets voxels from `index` on to their values.
+  void set_values(std::size_t index, std::span<const float> values) noexcept;
   void copy(std::size_t from_index, std::size_t to_index) noexcept;
   /// Takes `count` voxels from another plane of the same sample type.
   void copy_run(const ContonePlane& from, std::size_t from_index, std::size_t to_index, std::uint32_t count) noexcept;
 
-  std::uint32_t channel() const noexcept { return channel_; }
+  /// The channel's number in the solid, if it is one of its own.
+  std::optional<std::uint32_t> channel() const noexcept { return channel_; }
   SampleImage image() const noexcept { return {type_, width_, height_, samples_}; }
 
  private:
-  std::uint32_t channel_;
+  void set_value(std::size_t index, double value) noexcept;
+
+  std::optional<std::uint32_t> channel_;
   SampleType type_;
   ValueRange range_;
   ValueRange channel_range_;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/types.h"
+#include "core/channel/channel_source.h"
 #include "core/contour/contour.h"
 #include "core/contour/region_loops.h"
 #include "core/job/grid.h"
@@ -34,6 +35,7 @@ struct SliceJob {
   Grid grid;
   std::optional<VoxelRegion> region;  // What is delivered. DEFAULT: all of the grid.
   PictureOrder order;                 // For pictures only: indices, contours and counts stay those of the grid.
+  ChannelSources sources;             // Of channels besides the solid's own.
   std::vector<PlaneSpec> planes;
   std::optional<Printing> printing;      // REQUIRED by planes of materials.
   bool contours = false;                 // Deliver the polylines too.
@@ -82,6 +84,10 @@ struct Layer {
                                          // bounding boxes meet it, as they are.
   std::vector<RegionLoop> region_loops;  // Likewise, of cell regions.
 };
+
+/// Throws Error{kLayerRangeEmpty, kLayerRangeOutOfBounds} unless [first, first + count) holds layers of the job's
+/// region only.
+void validate_layer_range(const SliceJob& job, std::uint32_t first, std::uint32_t count);
 
 /// Layers [first, first + count) as (first, count) of slabs, cut at multiples of kSlabLayers.
 /// REQUIRES: first + count fits 32 bits.

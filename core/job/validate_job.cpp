@@ -13,6 +13,7 @@
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/channel/channel_table.h"
 #include "core/job/validate_placement.h"
 #include "core/output/encode.h"
 #include "core/output/encodings.h"
@@ -20,27 +21,17 @@
 namespace ccslice {
 namespace {
 
-std::string channel_list(const SolidSummary& summary) {
-  if (summary.channels.empty()) return "the solid has none";
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < summary.channels.size() && i < kMaxEchoItems; ++i) {
-    names.push_back(std::to_string(i) + " \"" + echoed(summary.channels[i].name) + '"');
-  }
-  const std::size_t total = summary.channels.size();
-  return "the solid has " + std::to_string(total) + ": " + echoed_list(names, total);
-}
-
 // One plane of the job; `path` is its field's name, e.g. "planes[2]".
 class PlaneCheck {
  public:
   PlaneCheck(const PlaneSpec& plane, std::string path) : plane_(plane), path_(std::move(path)) {}
 
-  void run(const SolidSummary& summary, const std::optional<Printing>& printing) const {
+  void run(const SolidSummary& summary, const ChannelTable& channels, const std::optional<Printing>& printing) const {
     check_values();
     switch (plane_.content) {
       case PlaneContent::kOccupancy: check_occupancy(); break;
-      case PlaneContent::kChannel: check_channel(summary); break;
-      case PlaneContent::kChannels: check_channels(summary); break;
+      case PlaneContent::kChannel: check_channel(channels); break;
+      case PlaneContent::kChannels: check_channels(channels); break;
       case PlaneContent::kMaterials: return check_materials(printing);
       case PlaneContent::kMaterialMask: check_mask(printing); break;
       case PlaneContent::kCellRegions: return check_cell_regions(summary);
@@ -75,28 +66,24 @@ class PlaneCheck {
     refuse(ErrorCode::kEncodingUnsupported, ".sample_type", "occupancy and masks are 1 bit a voxel; ask for BIT");
   }
 
-  void check_channel(const SolidSummary& summary) const {
-    if (plane_.channel >= summary.channels.size()) {
-      const std::string number = std::to_string(plane_.channel);
-      refuse(ErrorCode::kChannelUnknown, ".channel", number + " doesn't exist; " + channel_list(summary));
-    }
+  void check_channel(const ChannelTable& channels) const {
+    channels.require(plane_.channel, path_ + ".channel.name");
     if (!has_integer_samples() && plane_.sample_type != SampleType::kFloat32) {
       refuse(ErrorCode::kEncodingUnsupported, ".sample_type",
              "a channel needs 8 bits a voxel or more; ask for UINT8, UINT16 or FLOAT32");
     }
   }
 
-  void check_channels(const SolidSummary& summary) const {
+  void check_channels(const ChannelTable& channels) const {
     if (plane_.channels.empty()) {
-      refuse(ErrorCode::kContentInvalid, ".channels", "none; name one or more, " + channel_list(summary));
+      refuse(ErrorCode::kContentInvalid, ".channels", "none; name one or more, or ask for other planes");
     }
-    for (auto channel = plane_.channels.begin(); channel != plane_.channels.end(); ++channel) {
-      if (*channel >= summary.channels.size()) {
-        refuse(ErrorCode::kChannelUnknown, ".channels",
-               std::to_string(*channel) + " doesn't exist; " + channel_list(summary));
-      }
-      if (std::find(plane_.channels.begin(), channel, *channel) != channel) {
-        refuse(ErrorCode::kChannelRepeated, ".channels", std::to_string(*channel) + " is named twice; name it once");
+    for (std::size_t i = 0; i < plane_.channels.size(); ++i) {
+      const std::string field = ".channels.names[" + std::to_string(i) + "]";
+      channels.require(plane_.channels[i], path_ + field);
+      const auto here = plane_.channels.begin() + static_cast<std::ptrdiff_t>(i);
+      if (std::find(plane_.channels.begin(), here, *here) != here) {
+        refuse(ErrorCode::kChannelRepeated, field, '"' + echoed(*here) + "\" is named twice; name it once");
       }
     }
     if (plane_.sample_type != SampleType::kFloat32) {
@@ -246,9 +233,11 @@ void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceL
                     std::to_string(limits.max_planes) + "; split the job by planes",
                 "planes");
   }
-  if (job.printing) validate_printing(*job.printing, summary);
+  const ChannelTable channels(summary.channels, job.sources);
+  channels.validate_sources();
+  if (job.printing) validate_printing(*job.printing, summary, job.sources);
   for (std::size_t i = 0; i < job.planes.size(); ++i) {
-    PlaneCheck(job.planes[i], "planes[" + std::to_string(i) + "]").run(summary, job.printing);
+    PlaneCheck(job.planes[i], "planes[" + std::to_string(i) + "]").run(summary, channels, job.printing);
   }
   validate_layer_bytes(job, limits);
 }

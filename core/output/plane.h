@@ -53,13 +53,13 @@ struct ValueRange {
 
 struct PlaneSpec {
   PlaneContent content = PlaneContent::kOccupancy;
-  std::uint32_t channel = 0;            // kChannel: index into the solid's channels.
-  std::vector<std::uint32_t> channels;  // kChannels: likewise, at least one, all different.
-  std::uint32_t material = 0;           // kMaterialMask: 1..n.
+  std::string channel;                // kChannel: its name.
+  std::vector<std::string> channels;  // kChannels: likewise, at least one, all different.
+  std::uint32_t material = 0;         // kMaterialMask: 1..n.
   SampleType sample_type = SampleType::kBit;
   Encoding encoding = Encoding::kRawZstd;
   std::optional<ValueRange> range;  // kChannel as integers: what 0 and the largest integer stand for. Default: the
-                                    // channel's range in the control mesh (a constant channel maps to 0).
+                                    // channel's range (a constant channel maps to 0).
   double outside_sample = 0;        // kChannel, kChannels: the sample of voxels outside, as it is stored.
 };
 

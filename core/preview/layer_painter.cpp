@@ -14,7 +14,7 @@
 namespace ccslice {
 namespace {
 
-PlaneSpec raw_plane(PlaneContent content, SampleType type, std::uint32_t channel = 0) {
+PlaneSpec raw_plane(PlaneContent content, SampleType type, const std::string& channel = "") {
   PlaneSpec plane;
   plane.content = content;
   plane.sample_type = type;
@@ -41,7 +41,7 @@ std::vector<VoxelRun> runs_of(std::span<const std::uint8_t> bits, std::uint32_t 
 
 /// The halftone chooses what is mixed, and a mix is no error: whatever the job's, nothing has to be made for it.
 void mix_only(Printing& printing) {
-  printing.halftone.method = HalftoneMethod::kNearest;
+  printing.halftone.method = HalftoneMethod::kLargestFraction;
   printing.map.strict = false;
   for (CellRegionMap& own : printing.cell_region_maps) own.map.strict = false;
 }

@@ -112,7 +112,7 @@ void mix_blocks(const HalftonePlan& plan, std::span<const SampleImage> channels,
   constexpr std::size_t kRunsPerPoll = 256;
   std::vector<Values> values(channels.begin(), channels.end());
   std::vector<std::vector<std::size_t>> places;
-  const std::vector<std::uint32_t> known = channels_of(plan.printing());
+  const std::vector<std::string> known = channels_of(plan.printing());
   for (const Mixture& mixture : plan.mixtures()) places.push_back(places_among(known, mixture));
   std::vector<MixRow> rows(channels.size());
   Fractions fractions{};

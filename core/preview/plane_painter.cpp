@@ -13,6 +13,7 @@
 #include "core/contour/contour_index.h"
 #include "core/contour/contour_tracer.h"
 #include "core/field/material_field.h"
+#include "core/field/source_pass.h"
 #include "core/preview/outline_lines.h"
 #include "core/preview/pixel_colours.h"
 #include "core/preview/plane_sampler.h"
@@ -34,6 +35,7 @@ SliceJob layer_job(const PreviewJob& job, const PreviewPlane& plane, PreviewStag
   SliceJob layer;
   layer.placement = under_plane(plane, job.placement);
   layer.grid = grid_of(plane);
+  layer.sources = job.sources;
   layer.contour_tolerance_mm =
       std::clamp((full ? kFullContour : kCoarseContour) * std::min(plane.across_mm, plane.up_mm),
                  limits.min_contour_tolerance_mm, limits.max_contour_tolerance_mm);
@@ -80,8 +82,9 @@ class PlanePainter::State {
   MaterialField& field_of(const SliceJob& layer, PreviewStage stage);
   std::vector<RegionRun> regions_of(const SliceJob& layer, const Contours& contours, std::span<const VoxelRun> spans,
                                     const CancellationToken& cancel) const;
-  void evaluate(const SliceJob& layer, std::span<const VoxelRun> spans, std::span<const RegionRun> regions,
-                PreviewStage stage, PartPlanes& planes, const CancellationToken& cancel);
+  void evaluate(const SliceJob& layer, const Mat3& frame, std::span<const VoxelRun> spans,
+                std::span<const RegionRun> regions, PreviewStage stage, PartPlanes& planes,
+                const CancellationToken& cancel);
 
   const HalftonePlan* plan_of(const PreviewJob& job, const CancellationToken& cancel);
 
@@ -184,7 +187,7 @@ std::vector<RegionRun> PlanePainter::State::regions_of(const SliceJob& layer, co
   return runs;
 }
 
-void PlanePainter::State::evaluate(const SliceJob& layer, std::span<const VoxelRun> spans,
+void PlanePainter::State::evaluate(const SliceJob& layer, const Mat3& frame, std::span<const VoxelRun> spans,
                                    std::span<const RegionRun> regions, PreviewStage stage, PartPlanes& planes,
                                    const CancellationToken& cancel) {
   const LayerLattice lattice = layer.grid.lattice();
@@ -195,8 +198,11 @@ void PlanePainter::State::evaluate(const SliceJob& layer, std::span<const VoxelR
   const bool has_own_range = layer.planes.front().content == PlaneContent::kChannel && !layer.planes.front().range;
   const LayerTarget target{lattice, layer.grid.layer_z_mm(0), planes.channels(), stats,
                            cancel,  window_of(lattice),       window_of(lattice)};
-  sampler_.paint(target, interpolation_spec_of(layer, solid_->summary().channels), field_of(layer, stage), spans,
-                 regions, {.rough = stage == PreviewStage::kCoarse, .own_range = has_own_range});
+  if (planes.need_solid()) {
+    sampler_.paint(target, interpolation_spec_of(layer, solid_->summary().channels), field_of(layer, stage), spans,
+                   regions, {.rough = stage == PreviewStage::kCoarse, .own_range = has_own_range});
+  }
+  SourcePass(used_sources(layer), planes.specs(), layer.placement, frame).run(target, spans);
 }
 
 PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage stage, const CancellationToken& cancel) {
@@ -208,9 +214,10 @@ PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage st
   std::vector<RegionRun> regions;
   if (job.show.content != PreviewContent::kOccupancy) regions = regions_of(layer, contours, spans, cancel);
   PartPlanes planes(layer, solid_->summary());
-  evaluate(layer, spans, regions, stage, planes, cancel);
+  evaluate(layer, frame_of(plane), spans, regions, stage, planes, cancel);
   std::vector<SampleImage> values;
-  for (const ContonePlane& channel : planes.channels()) values.push_back(channel.image());
+  const bool shows_channel = job.show.content == PreviewContent::kChannel;
+  for (const ContonePlane& channel : shows_channel ? planes.shown() : planes.mixed()) values.push_back(channel.image());
 
   PreviewPicture picture;
   picture.columns = plane.columns;

@@ -8,18 +8,14 @@
 
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/channel/channel_table.h"
 #include "core/job/validate_placement.h"
 
 namespace ccslice {
 namespace {
 
-void validate_channel(const SolidSummary& summary, const PreviewColours& show) {
-  if (show.channel >= summary.channels.size()) {
-    throw Error(ErrorCode::kChannelUnknown,
-                "content.channel: there is no channel " + std::to_string(show.channel) + "; the mesh has " +
-                    std::to_string(summary.channels.size()),
-                "content.channel");
-  }
+void validate_channel(const ChannelTable& channels, const PreviewColours& show) {
+  channels.require(show.channel, "content.channel.channel");
   if (!show.range) return;
   if (std::isfinite(show.range->min) && std::isfinite(show.range->max) && show.range->min < show.range->max) return;
   throw Error(ErrorCode::kValueRangeInvalid,
@@ -42,20 +38,21 @@ bool shows_printing(const PreviewColours& show) {
 
 }  // namespace
 
-void validate_colours(const SolidSummary& summary, const PreviewColours& show) {
-  if (show.content == PreviewContent::kChannel) validate_channel(summary, show);
+void validate_colours(const SolidSummary& summary, const PreviewColours& show, const ChannelSources& sources) {
+  if (show.content == PreviewContent::kChannel) validate_channel(ChannelTable(summary.channels, sources), show);
   if (show.lines) validate_lines(*show.lines);
   if (!shows_printing(show)) return;
   if (!show.printing) {
     throw Error(ErrorCode::kMaterialsMissing, "printing: the picture shows materials; say what is printed", "printing");
   }
-  validate_printing(*show.printing, summary);
+  validate_printing(*show.printing, summary, sources);
 }
 
 void validate_preview(const SolidSummary& summary, const PreviewJob& job, const SliceLimits& limits) {
   validate_placement(job.placement, summary.bounding_box, limits);
   validate_plane(job.plane, limits);
-  validate_colours(summary, job.show);
+  ChannelTable(summary.channels, job.sources).validate_sources();
+  validate_colours(summary, job.show, job.sources);
   if (!shows_printing(job.show)) return;
   if (job.show.content == PreviewContent::kHalftone && job.show.printing->halftone.traits().carries_errors) {
     throw Error(ErrorCode::kContentInvalid,

@@ -9,10 +9,12 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/base/colour_map.h"
 #include "core/base/types.h"
+#include "core/channel/channel_source.h"
 #include "core/job/grid.h"
 #include "core/limit/limit_solid.h"
 #include "core/output/plane.h"
@@ -40,7 +42,7 @@ inline constexpr double kMinLineWidthPixels = 0.25, kMaxLineWidthPixels = 16;
 /// What the pixels show.
 struct PreviewColours {
   PreviewContent content = PreviewContent::kOccupancy;
-  std::uint32_t channel = 0;  // kChannel.
+  std::string channel;  // kChannel.
   ColourMapName colours = ColourMapName::kViridis;
   std::optional<ValueRange> range;  // kChannel. DEFAULT: from the lowest to the highest value of the picture.
   // REQUIRED by kMix and kHalftone. What is made of it is kept as long as it is the same object.
@@ -51,6 +53,7 @@ struct PreviewColours {
 struct PreviewJob {
   Placement placement = Placement::Identity();
   PreviewPlane plane;
+  ChannelSources sources;  // Of channels besides the solid's own.
   PreviewColours show;
   std::optional<Grid> voxels;  // REQUIRED by kHalftone: the grid of the job that prints.
   bool contours = false;       // Give the outlines too, drawn or not.
@@ -76,8 +79,8 @@ struct PreviewPicture {
 };
 
 /// Throws Error{kChannelUnknown, kValueRangeInvalid, kContentInvalid}, and for printed contents
-/// Error{kMaterialsMissing} and what validate_printing() throws.
-void validate_colours(const SolidSummary& summary, const PreviewColours& show);
+/// Error{kMaterialsMissing} and what validate_printing() throws. `sources`: as in PreviewJob.
+void validate_colours(const SolidSummary& summary, const PreviewColours& show, const ChannelSources& sources = {});
 
 /// Throws what validate_plane(), validate_placement() and validate_colours() throw, and Error{kContentInvalid}: error
 /// diffusion has no threshold of a voxel's own.

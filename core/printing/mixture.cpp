@@ -134,7 +134,7 @@ void Mixture::make_table(const DirectMap& map) {
 
 void Mixture::make_table(const ColourMap& map, std::shared_ptr<const ColourTable> colours) {
   kind_ = Kind::kColours;
-  const auto row = [&](std::uint32_t channel) {
+  const auto row = [&](const std::string& channel) {
     return static_cast<std::size_t>(std::find(channels_.begin(), channels_.end(), channel) - channels_.begin());
   };
   colours_.rows = {row(map.red), row(map.green), row(map.blue)};
@@ -282,9 +282,9 @@ bool Mixture::colour_fits(std::span<const MixRow> values, std::size_t voxel) con
   return colours_.table->is_reached(node);
 }
 
-std::vector<std::size_t> places_among(std::span<const std::uint32_t> channels, const Mixture& mixture) {
+std::vector<std::size_t> places_among(std::span<const std::string> channels, const Mixture& mixture) {
   std::vector<std::size_t> places;
-  for (const std::uint32_t channel : mixture.channels()) {
+  for (const std::string& channel : mixture.channels()) {
     places.push_back(static_cast<std::size_t>(std::ranges::find(channels, channel) - channels.begin()));
   }
   return places;

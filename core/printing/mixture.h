@@ -48,7 +48,7 @@ class Mixture {
 
   std::size_t material_count() const noexcept { return material_count_; }
   /// The channels that evaluate() reads, in this order.
-  const std::vector<std::uint32_t>& channels() const noexcept { return channels_; }
+  const std::vector<std::string>& channels() const noexcept { return channels_; }
 
   /// values[c][k]: of channels()[c] at voxel k. All kMixBlock voxels are computed, whatever the values are.
   void evaluate(std::span<const MixRow> values, Fractions& fractions) const noexcept;
@@ -96,7 +96,7 @@ class Mixture {
   Kind kind_ = Kind::kPure;
   std::size_t material_count_;
   std::size_t first_ = 0;  // The map's first material, from 0.
-  std::vector<std::uint32_t> channels_;
+  std::vector<std::string> channels_;
   Table table_;
   std::vector<Share> shares_;
   std::optional<std::size_t> rest_;
@@ -104,6 +104,6 @@ class Mixture {
 };
 
 /// Where the channels that a mixture reads are in a list that has them all.
-std::vector<std::size_t> places_among(std::span<const std::uint32_t> channels, const Mixture& mixture);
+std::vector<std::size_t> places_among(std::span<const std::string> channels, const Mixture& mixture);
 
 }  // namespace ccslice

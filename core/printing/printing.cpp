@@ -13,6 +13,7 @@
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/channel/channel_table.h"
 
 namespace ccslice {
 namespace {
@@ -33,8 +34,8 @@ void check_name(const PrintMaterial& material, const std::string& path) {
 // The parts of one map. Fields are those of the message.
 class MapCheck {
  public:
-  MapCheck(const Printing& printing, const SolidSummary& summary, std::string path)
-      : printing_(printing), summary_(summary), path_(std::move(path)) {}
+  MapCheck(const Printing& printing, const ChannelTable& channels, std::string path)
+      : printing_(printing), channels_(channels), path_(std::move(path)) {}
 
   void operator()(std::monostate) const {
     if (printing_.materials.size() == 1) return;
@@ -50,7 +51,7 @@ class MapCheck {
     std::vector<std::uint32_t> used;
     for (std::size_t i = 0; i < map.shares.size(); ++i) {
       const std::string share = item(path + ".shares", i);
-      check_channel(map.shares[i].channel, share + ".channel");
+      channels_.require(map.shares[i].channel, share + ".channel");
       check_material(map.shares[i].material, share + ".material");
       check_unused(used, map.shares[i].material, share + ".material");
       used.push_back(map.shares[i].material);
@@ -62,7 +63,7 @@ class MapCheck {
 
   void operator()(const BlendMap& map) const {
     const std::string path = path_ + ".blend";
-    check_channel(map.channel, path + ".channel");
+    channels_.require(map.channel, path + ".channel");
     check_count(map.stops.size(), 2, kMaxBlendStops, path + ".stops");
     for (std::size_t i = 0; i < map.stops.size(); ++i) {
       const std::string stop = item(path + ".stops", i);
@@ -73,7 +74,7 @@ class MapCheck {
 
   void operator()(const CalibrationMap& map) const {
     const std::string path = path_ + ".calibration";
-    check_channel(map.channel, path + ".channel");
+    channels_.require(map.channel, path + ".channel");
     check_material(map.material, path + ".material");
     check_material(map.base, path + ".base");
     check_unused({map.material}, map.base, path + ".base");
@@ -87,9 +88,9 @@ class MapCheck {
 
   void operator()(const ColourMap& map) const {
     const std::string path = path_ + ".colour";
-    check_channel(map.red, path + ".red_channel");
-    check_channel(map.green, path + ".green_channel");
-    check_channel(map.blue, path + ".blue_channel");
+    channels_.require(map.red, path + ".red_channel");
+    channels_.require(map.green, path + ".green_channel");
+    channels_.require(map.blue, path + ".blue_channel");
     check_finite(map.full_value, path + ".full_value");
     if (map.full_value > 0) return;
     refuse(ErrorCode::kMaterialMapInvalid, path + ".full_value",
@@ -97,11 +98,6 @@ class MapCheck {
   }
 
  private:
-  void check_channel(std::uint32_t channel, const std::string& field) const {
-    if (channel < summary_.channels.size()) return;
-    refuse(ErrorCode::kChannelUnknown, field, "the solid has no channel " + std::to_string(channel));
-  }
-
   void check_material(std::uint32_t material, const std::string& field) const {
     if (material >= 1 && material <= printing_.materials.size()) return;
     refuse(ErrorCode::kMaterialUnknown, field, "there is no material " + std::to_string(material));
@@ -138,11 +134,11 @@ class MapCheck {
   }
 
   const Printing& printing_;
-  const SolidSummary& summary_;
+  const ChannelTable& channels_;
   const std::string path_;
 };
 
-void check_cell_region_maps(const Printing& printing, const SolidSummary& summary) {
+void check_cell_region_maps(const Printing& printing, const SolidSummary& summary, const ChannelTable& channels) {
   const std::string list = "printing.cell_region_maps";
   std::vector<bool> mapped(summary.cell_regions.size());
   for (std::size_t i = 0; i < printing.cell_region_maps.size(); ++i) {
@@ -156,7 +152,7 @@ void check_cell_region_maps(const Printing& printing, const SolidSummary& summar
              '"' + echoed(summary.cell_regions[region].name) + "\" has a map already; give it one");
     }
     mapped[region] = true;
-    std::visit(MapCheck(printing, summary, item(list, i) + ".map"), map.kind);
+    std::visit(MapCheck(printing, channels, item(list, i) + ".map"), map.kind);
   }
 }
 
@@ -173,16 +169,16 @@ void check_that_all_regions_are_mapped(const Printing& printing, const SolidSumm
 }
 
 struct ChannelList {
-  std::vector<std::uint32_t> operator()(std::monostate) const { return {}; }
-  std::vector<std::uint32_t> operator()(const PureMap&) const { return {}; }
-  std::vector<std::uint32_t> operator()(const DirectMap& map) const {
-    std::vector<std::uint32_t> channels;
+  std::vector<std::string> operator()(std::monostate) const { return {}; }
+  std::vector<std::string> operator()(const PureMap&) const { return {}; }
+  std::vector<std::string> operator()(const DirectMap& map) const {
+    std::vector<std::string> channels;
     for (const DirectMap::Share& share : map.shares) channels.push_back(share.channel);
     return channels;
   }
-  std::vector<std::uint32_t> operator()(const BlendMap& map) const { return {map.channel}; }
-  std::vector<std::uint32_t> operator()(const CalibrationMap& map) const { return {map.channel}; }
-  std::vector<std::uint32_t> operator()(const ColourMap& map) const { return {map.red, map.green, map.blue}; }
+  std::vector<std::string> operator()(const BlendMap& map) const { return {map.channel}; }
+  std::vector<std::string> operator()(const CalibrationMap& map) const { return {map.channel}; }
+  std::vector<std::string> operator()(const ColourMap& map) const { return {map.red, map.green, map.blue}; }
 };
 
 struct SteepestSpan {
@@ -208,8 +204,8 @@ struct SteepestSpan {
   double operator()(const ColourMap& map) const { return map.full_value; }
 };
 
-void add_channels(const MaterialMap& map, std::vector<std::uint32_t>& channels) {
-  for (const std::uint32_t channel : std::visit(ChannelList(), map.kind)) {
+void add_channels(const MaterialMap& map, std::vector<std::string>& channels) {
+  for (const std::string& channel : std::visit(ChannelList(), map.kind)) {
     if (!contains(channels, channel)) channels.push_back(channel);
   }
 }
@@ -224,7 +220,7 @@ std::vector<const MaterialMap*> maps_of(const Printing& printing) {
 
 double steepest_span(const MaterialMap& map) { return std::visit(SteepestSpan(), map.kind); }
 
-double steepest_span(const Printing& printing, std::uint32_t channel) {
+double steepest_span(const Printing& printing, const std::string& channel) {
   double span = std::numeric_limits<double>::infinity();
   for (const MaterialMap* map : maps_of(printing)) {
     if (contains(channels_of(*map), channel)) span = std::min(span, steepest_span(*map));
@@ -238,14 +234,14 @@ std::vector<std::uint32_t> palette_of(const Printing& printing) {
   return palette;
 }
 
-std::vector<std::uint32_t> channels_of(const MaterialMap& map) {
-  std::vector<std::uint32_t> channels;
+std::vector<std::string> channels_of(const MaterialMap& map) {
+  std::vector<std::string> channels;
   add_channels(map, channels);
   return channels;
 }
 
-std::vector<std::uint32_t> channels_of(const Printing& printing) {
-  std::vector<std::uint32_t> channels;
+std::vector<std::string> channels_of(const Printing& printing) {
+  std::vector<std::string> channels;
   for (const MaterialMap* map : maps_of(printing)) add_channels(*map, channels);
   return channels;
 }
@@ -279,12 +275,13 @@ void validate_materials(const Printing& printing) {
   }
 }
 
-void validate_printing(const Printing& printing, const SolidSummary& summary) {
+void validate_printing(const Printing& printing, const SolidSummary& summary, const ChannelSources& sources) {
+  const ChannelTable channels(summary.channels, sources);
   validate_materials(printing);
-  check_cell_region_maps(printing, summary);
+  check_cell_region_maps(printing, summary, channels);
   const bool given = !std::holds_alternative<std::monostate>(printing.map.kind);
   if (given || printing.cell_region_maps.empty() || printing.materials.size() == 1) {
-    std::visit(MapCheck(printing, summary, "printing.map"), printing.map.kind);
+    std::visit(MapCheck(printing, channels, "printing.map"), printing.map.kind);
   } else {
     check_that_all_regions_are_mapped(printing, summary);
   }

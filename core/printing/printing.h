@@ -15,6 +15,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/channel/channel_source.h"
 #include "core/limit/limit_solid.h"
 
 namespace ccslice {
@@ -39,7 +40,7 @@ struct PureMap {
 /// Channels that are fractions themselves.
 struct DirectMap {
   struct Share {
-    std::uint32_t channel = 0;
+    std::string channel;
     std::uint32_t material = 0;
   };
   std::vector<Share> shares;
@@ -52,7 +53,7 @@ struct BlendMap {
     double value = 0;
     std::uint32_t material = 0;
   };
-  std::uint32_t channel = 0;
+  std::string channel;
   std::vector<Stop> stops;  // Ascending.
 };
 
@@ -61,14 +62,14 @@ struct CalibrationMap {
   struct Point {
     double property = 0, fraction = 0;
   };
-  std::uint32_t channel = 0;
+  std::string channel;
   std::uint32_t material = 0, base = 0;
   std::vector<Point> points;  // Ascending.
 };
 
 /// Three channels are a colour, sRGB from 0 to full_value, mixed from the materials' colours.
 struct ColourMap {
-  std::uint32_t red = 0, green = 0, blue = 0;  // Channels.
+  std::string red, green, blue;  // Channels.
   double full_value = 1;
 };
 
@@ -131,15 +132,15 @@ std::vector<std::uint32_t> palette_of(const Printing& printing);
 std::vector<const MaterialMap*> maps_of(const Printing& printing);
 
 /// The channels that a map reads, each once, in the order of the map.
-std::vector<std::uint32_t> channels_of(const MaterialMap& map);
+std::vector<std::string> channels_of(const MaterialMap& map);
 /// The channels that any map of the printing reads, each once, in the order of maps_of().
-std::vector<std::uint32_t> channels_of(const Printing& printing);
+std::vector<std::string> channels_of(const Printing& printing);
 
 /// By how much a channel's value changes where the map is steepest, for a fraction to go from 0 to 1. Infinite if the
 /// map reads no channel.
 double steepest_span(const MaterialMap& map);
 /// The least of the maps that read the channel.
-double steepest_span(const Printing& printing, std::uint32_t channel);
+double steepest_span(const Printing& printing, const std::string& channel);
 
 /// The materials alone. Throws Error{kMaterialsMissing, kTooManyMaterials, kMaterialNameInvalid, kMaterialNameRepeated,
 /// kMaterialColourRepeated}. Fields are named as in a SliceJob.
@@ -147,6 +148,7 @@ void validate_materials(const Printing& printing);
 
 /// Throws as above, and Error{kMaterialUnknown, kMaterialMapMissing, kMaterialMapInvalid, kMaterialMapNonFinite,
 /// kChannelUnknown, kCellRegionUnknown, kEnumValueUnknown}.
-void validate_printing(const Printing& printing, const SolidSummary& summary);
+/// `sources`: of the job, whose channels maps may read besides the solid's.
+void validate_printing(const Printing& printing, const SolidSummary& summary, const ChannelSources& sources = {});
 
 }  // namespace ccslice

@@ -9,6 +9,7 @@
 #include <optional>
 #include <variant>
 
+#include "core/channel/channel_table.h"
 #include "core/limit/limit_evaluator.h"
 
 namespace ccslice {
@@ -72,17 +73,24 @@ class VolumeSampler {
   int per_edge_;
 };
 
-/// Without a material for the rest.
-const DirectMap* direct_alone(const MaterialMap& map) {
+/// The solid's channels that a direct map without a material for the rest has the shares of; none of other maps.
+std::vector<std::uint32_t> shares_alone(const MaterialMap& map, const ChannelTable& table) {
   const auto* direct = std::get_if<DirectMap>(&map.kind);
-  return direct != nullptr && direct->rest_material == 0 ? direct : nullptr;
+  std::vector<std::uint32_t> shares;
+  if (direct == nullptr || direct->rest_material != 0) return shares;
+  for (const DirectMap::Share& share : direct->shares) {
+    const std::optional<Channel> channel = table.find(share.channel);
+    if (!channel) return {};
+    shares.push_back(*channel->of_solid);
+  }
+  return shares;
 }
 
 /// ValueOf: of a share's channel.
 template <typename ValueOf>
-double sum_of_shares(const DirectMap& map, const ValueOf& value_of) {
+double sum_of_shares(std::span<const std::uint32_t> shares, const ValueOf& value_of) {
   double sum = 0;
-  for (const DirectMap::Share& share : map.shares) sum += std::max(0.0, value_of(share.channel));
+  for (const std::uint32_t channel : shares) sum += std::max(0.0, value_of(channel));
   return sum;
 }
 
@@ -91,13 +99,17 @@ double sum_of_shares(const DirectMap& map, const ValueOf& value_of) {
 std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const LimitSolid& solid) {
   const std::vector<const MaterialMap*> maps = maps_of(printing);
   const std::vector<ChannelRange>& ranges = solid.summary().channels;
+  const ChannelTable table(ranges);
   std::vector<ValuesOffMap> found;
+  std::vector<std::uint32_t> channel_of;  // By number of what is found.
   for (const MaterialMap* map : maps) {
     const auto covered = covered_by(*map);
     if (!covered) continue;
-    for (const std::uint32_t channel : channels_of(*map)) {
-      if (!is_off(ranges[channel].min, *covered) && !is_off(ranges[channel].max, *covered)) continue;
-      found.push_back({map, channel, *covered, 0});
+    for (const std::string& name : channels_of(*map)) {
+      const std::optional<Channel> channel = table.find(name);
+      if (!channel || (!is_off(channel->range.min, *covered) && !is_off(channel->range.max, *covered))) continue;
+      found.push_back({map, channel->range, *covered, 0});
+      channel_of.push_back(*channel->of_solid);
     }
   }
   if (found.empty()) return found;
@@ -106,8 +118,9 @@ std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const L
     const std::size_t map = map_of(printing, solid.region_of(solid.control_cell(at.cell)));
     evaluator.mat(at, channels);
     volumes[map] += volume;
-    for (ValuesOffMap& off : found) {
-      if (off.map == maps[map] && is_off(channels[off.channel], off.covered)) off.share += volume;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      ValuesOffMap& off = found[i];
+      if (off.map == maps[map] && is_off(channels[channel_of[i]], off.covered)) off.share += volume;
     }
   });
   for (ValuesOffMap& off : found) {
@@ -122,12 +135,14 @@ std::vector<FractionsBelowOne> find_fractions_below_one(const Printing& printing
   constexpr double kLeast = 1 - kStrictSlack;
   const std::vector<const MaterialMap*> maps = maps_of(printing);
   const std::vector<ChannelRange>& ranges = solid.summary().channels;
+  const ChannelTable table(ranges);
   std::vector<FractionsBelowOne> found(maps.size());
+  std::vector<std::vector<std::uint32_t>> shares;  // By map.
   bool some = false;
   for (std::size_t i = 0; i < maps.size(); ++i) {
-    const DirectMap* direct = direct_alone(*maps[i]);
-    if (direct == nullptr) continue;
-    if (sum_of_shares(*direct, [&](std::uint32_t channel) { return ranges[channel].min; }) >= kLeast) continue;
+    shares.push_back(shares_alone(*maps[i], table));
+    if (shares[i].empty()) continue;
+    if (sum_of_shares(shares[i], [&](std::uint32_t channel) { return ranges[channel].min; }) >= kLeast) continue;
     found[i].map = maps[i];
     some = true;
   }
@@ -138,8 +153,7 @@ std::vector<FractionsBelowOne> find_fractions_below_one(const Printing& printing
     volumes[map] += volume;
     if (found[map].map == nullptr) return;
     evaluator.mat(at, channels);
-    const double sum =
-        sum_of_shares(*direct_alone(*maps[map]), [&](std::uint32_t channel) { return channels[channel]; });
+    const double sum = sum_of_shares(shares[map], [&](std::uint32_t channel) { return channels[channel]; });
     if (sum >= kLeast) return;
     found[map].share += volume;
     found[map].least_sum = std::min(found[map].least_sum, sum);

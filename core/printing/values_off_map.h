@@ -18,13 +18,13 @@ namespace ccslice {
 
 struct ValuesOffMap {
   const MaterialMap* map = nullptr;  // One of maps_of(printing).
-  std::uint32_t channel = 0;
+  ChannelRange channel;
   std::array<double, 2> covered{};  // By the map, smallest and largest value.
   double share = 0;                 // Of the volume that the map is for, estimated at a few thousand points.
 };
 
-/// The maps' channels with values that are more than kStrictSlack of the covered range off it, in the order of
-/// maps_of() and channels_of(). Takes some milliseconds at most. REQUIRES: validate_printing() passes.
+/// The maps' channels, of the solid's, with values that are more than kStrictSlack of the covered range off it, in the
+/// order of maps_of() and channels_of(). Takes some milliseconds at most. REQUIRES: validate_printing() passes.
 std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const LimitSolid& solid);
 
 struct FractionsBelowOne {
@@ -33,7 +33,8 @@ struct FractionsBelowOne {
   double least_sum = 1;              // Of the fractions, at these points.
 };
 
-/// The maps whose fractions add up to less than 1 by more than kStrictSlack, in the order of maps_of(). As above.
+/// The maps of the solid's channels whose fractions add up to less than 1 by more than kStrictSlack, in the order of
+/// maps_of(). As above.
 std::vector<FractionsBelowOne> find_fractions_below_one(const Printing& printing, const LimitSolid& solid);
 
 }  // namespace ccslice

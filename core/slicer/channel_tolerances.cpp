@@ -7,8 +7,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
+#include <string>
 #include <utility>
 
+#include "core/channel/channel_table.h"
 #include "core/slicer/part_planes.h"
 
 namespace ccslice {
@@ -21,7 +24,7 @@ double default_channel_tolerance(SampleType type) { return type == SampleType::k
 
 class ToleranceList {
  public:
-  ToleranceList(const SliceJob& job, std::span<const ChannelRange> channels) : job_(job), channels_(channels) {
+  ToleranceList(const SliceJob& job, const std::vector<ChannelRange>& channels) : job_(job), table_(channels) {
     for (const PlaneSpec& plane : shown_channels(job)) {
       const double span = plane.range ? plane.range->max - plane.range->min : std::numeric_limits<double>::infinity();
       add(plane.channel, span, default_channel_tolerance(plane.sample_type));
@@ -29,12 +32,18 @@ class ToleranceList {
     for (const PlaneSpec& plane : mixed_channels(job)) {
       add(plane.channel, steepest_span(*job.printing, plane.channel), default_channel_tolerance(SampleType::kUint8));
     }
+    for (const PlaneSpec& plane : read_channels(job)) {
+      add(plane.channel, std::numeric_limits<double>::infinity(), default_channel_tolerance(plane.sample_type));
+    }
   }
   std::vector<ChannelTolerance> take() { return std::move(list_); }
 
  private:
-  void add(std::uint32_t index, double span, double default_share) {
-    const ChannelRange& channel = channels_[index];
+  void add(const std::string& name, double span, double default_share) {
+    const std::optional<Channel> found = table_.find(name);
+    if (!found) return;
+    const std::uint32_t index = *found->of_solid;
+    const ChannelRange& channel = found->range;
     const double share = job_.channel_tolerance.value_or(default_share);
     const double range = channel.max - channel.min;
     const double least =
@@ -50,13 +59,13 @@ class ToleranceList {
   }
 
   const SliceJob& job_;
-  std::span<const ChannelRange> channels_;
+  const ChannelTable table_;  // Without sources, which have no tolerances.
   std::vector<ChannelTolerance> list_;
 };
 
 }  // namespace
 
-std::vector<ChannelTolerance> channel_tolerances(const SliceJob& job, std::span<const ChannelRange> channels) {
+std::vector<ChannelTolerance> channel_tolerances(const SliceJob& job, const std::vector<ChannelRange>& channels) {
   return ToleranceList(job, channels).take();
 }
 
@@ -65,7 +74,7 @@ double outside_mm_of(const SliceJob& job) {
   return job.contour_tolerance_mm + kSlackMm;
 }
 
-InterpolationSpec interpolation_spec_of(const SliceJob& job, std::span<const ChannelRange> channels) {
+InterpolationSpec interpolation_spec_of(const SliceJob& job, const std::vector<ChannelRange>& channels) {
   return {job.placement, job.grid, channel_tolerances(job, channels), outside_mm_of(job), job.prove_channels};
 }
 

@@ -6,7 +6,6 @@
 
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "core/interpolation/samples/interpolation_spec.h"
@@ -15,14 +14,16 @@
 
 namespace ccslice {
 
-/// The channels that a job's planes show or are made of, each once, by how much each may be off: the strictest that
-/// any of the planes asks for. `channels`: the solid's. REQUIRES: job.channel_tolerance isn't 0.
-std::vector<ChannelTolerance> channel_tolerances(const SliceJob& job, std::span<const ChannelRange> channels);
+/// The solid's channels that a job's planes show or are made of, each once, by how much each may be off: the strictest
+/// that any of the planes asks for; what sources read, as of planes of floats. `channels`: the solid's. REQUIRES:
+/// job.channel_tolerance isn't 0.
+std::vector<ChannelTolerance> channel_tolerances(const SliceJob& job, const std::vector<ChannelRange>& channels);
 
 /// How far outside the limit volume a voxel inside the contours may lie, world mm.
 double outside_mm_of(const SliceJob& job);
 
-/// What a job's interpolation has to keep. REQUIRES: as above; some plane shows a channel or is made of one.
-InterpolationSpec interpolation_spec_of(const SliceJob& job, std::span<const ChannelRange> channels);
+/// What a job's interpolation has to keep. REQUIRES: as above; some plane shows one of the
+/// solid's channels or is made of one.
+InterpolationSpec interpolation_spec_of(const SliceJob& job, const std::vector<ChannelRange>& channels);
 
 }  // namespace ccslice

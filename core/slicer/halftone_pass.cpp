@@ -26,7 +26,7 @@ HalftonePass::HalftonePass(const HalftonePlan& plan)
       palette_(palette_of(plan.printing())),
       histogram_(plan.printing().materials.size()) {
   const std::vector<const MaterialMap*> maps = maps_of(plan.printing());
-  const std::vector<std::uint32_t> channels = channels_of(plan.printing());
+  const std::vector<std::string> channels = channels_of(plan.printing());
   values_.resize(channels.size());
   for (std::size_t i = 0; i < plan.mixtures().size(); ++i) {
     const Mixture& mixture = plan.mixtures()[i];

@@ -14,6 +14,7 @@
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/place_text.h"
+#include "core/channel/channel_table.h"
 #include "core/output/encodings.h"
 #include "core/output/region_colours.h"
 #include "core/slicer/part_planes.h"
@@ -57,8 +58,10 @@ LayerComposer::LayerComposer(const PlacedParts& parts)
   region_palette_ = region_palette(names.size());
   if (shows_materials(job_)) material_palette_ = palette_of(*job_.printing);
   if (parts.size() == 1) return;
-  const SolidSummary& solid = parts.front().solid->summary();
-  for (const PlaneSpec& plane : shown_channels(job_)) channels_.emplace_back(plane, solid.channels[plane.channel]);
+  const ChannelTable table(parts.front().solid->summary().channels, job_.sources);
+  for (const PlaneSpec& plane : shown_channels(job_)) {
+    channels_.emplace_back(plane, table.at(plane.channel).range, std::nullopt);
+  }
 }
 
 void LayerComposer::start(std::uint32_t layer) {
@@ -227,7 +230,7 @@ std::vector<EncodedPlane> LayerComposer::encode(const Samples& samples, const Ca
     if (plane.content == PlaneContent::kOccupancy) {
       image = {SampleType::kBit, inside().width, inside().height, inside().bits};
     } else {
-      names = channel_names(plane);
+      names = plane.content == PlaneContent::kChannel ? std::vector{plane.channel} : plane.channels;
       image = arranged_samples(left.first(names.size()), arrangement, cancel);
       image.channel_names = names;
       left = left.subspan(names.size());
@@ -237,13 +240,6 @@ std::vector<EncodedPlane> LayerComposer::encode(const Samples& samples, const Ca
     planes.push_back(encoder_.encode(image, plane.encoding, cancel));
   }
   return planes;
-}
-
-std::vector<std::string> LayerComposer::channel_names(const PlaneSpec& plane) const {
-  std::vector<std::string> names;
-  const std::vector<ChannelRange>& channels = parts_.front().solid->summary().channels;
-  for (const PlaneSpec& single : channels_of_plane(plane)) names.push_back(channels[single.channel].name);
-  return names;
 }
 
 SampleImage LayerComposer::arranged_samples(std::span<const ContonePlane> planes, const Arrangement& arrangement,

@@ -83,7 +83,6 @@ class LayerComposer {
   void note_covered(std::uint32_t part, const OwnedRun& run);
   void count();
   std::vector<EncodedPlane> encode(const Samples& samples, const CancellationToken& cancel);
-  std::vector<std::string> channel_names(const PlaneSpec& plane) const;
   SampleImage arranged_samples(std::span<const ContonePlane> planes, const Arrangement& arrangement,
                                const CancellationToken& cancel);
 

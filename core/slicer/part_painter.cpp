@@ -10,6 +10,7 @@
 #include "core/contour/contour_tracer.h"
 #include "core/field/material_field.h"
 #include "core/field/material_pass.h"
+#include "core/field/source_pass.h"
 #include "core/interpolation/pieces/cell_node_store.h"
 #include "core/interpolation/slab_materials.h"
 #include "core/raster/occupancy.h"
@@ -36,10 +37,11 @@ struct PartPainter::State {
   ContourTracer tracer;
   PartPlanes planes;
   std::optional<HalftonePass> halftone;
-  // Present if the job wants a channel:
+  // Present if the job wants one of the solid's channels:
   std::unique_ptr<MaterialField> field;
   std::optional<MaterialPass> materials;  // If every voxel is inverted.
   std::optional<SlabMaterials> slabs;     // If materials are interpolated, slab by slab.
+  SourcePass sources;                     // Of the other channels.
   std::uint32_t slab_first = 0;
   std::vector<std::optional<PartShape>> slab;  // Those of its layers that were met.
   PartShape own;                               // That of the layer at hand, if there are no slabs.
@@ -51,9 +53,10 @@ struct PartPainter::State {
         lattice(job.grid.lattice()),
         scope(the_scope),
         tracer(*shared->solid, shared->contour_index),
-        planes(job, shared->solid->summary()) {
+        planes(job, shared->solid->summary()),
+        sources(used_sources(job), planes.specs(), job.placement) {
     if (shared->halftone) halftone.emplace(*shared->halftone);
-    if (planes.channels().empty()) return;
+    if (!planes.need_solid()) return;
     field = make_material_field(shared->solid, job.placement, outside_mm_of(job));
     if (job.channel_tolerance == 0) {
       materials.emplace(*field);
@@ -138,10 +141,14 @@ struct PartPainter::State {
     planes.clear(scope.window, cancel);
     const double z_mm = job.grid.layer_z_mm(layer);
     const LayerTarget target{lattice, z_mm, planes.channels(), part.stats, cancel, scope.window, scope.region};
-    if (materials) return materials->run(target, part.shape->spans);
-    if (!slabs) return WindowOutcome::kComplete;
-    return slabs->paint(target, layer,
-                        [&](std::uint32_t k) { return std::span<const VoxelRun>(shape_in_slab(k, cancel).spans); });
+    auto outcome = WindowOutcome::kComplete;
+    if (materials) outcome = materials->run(target, part.shape->spans);
+    if (slabs) {
+      outcome = slabs->paint(
+          target, layer, [&](std::uint32_t k) { return std::span<const VoxelRun>(shape_in_slab(k, cancel).spans); });
+    }
+    if (outcome == WindowOutcome::kComplete) sources.run(target, part.shape->spans);
+    return outcome;
   }
 
   void choose_materials(std::uint32_t layer, PaintedPart& part, const CancellationToken& cancel) {

@@ -3,9 +3,23 @@
 
 #include "core/slicer/part_planes.h"
 
-#include <algorithm>
+#include <string>
+
+#include "core/base/contains.h"
+#include "core/channel/channel_table.h"
 
 namespace ccslice {
+namespace {
+
+PlaneSpec float_plane(const std::string& channel) {
+  PlaneSpec plane;
+  plane.content = PlaneContent::kChannel;
+  plane.channel = channel;
+  plane.sample_type = SampleType::kFloat32;
+  return plane;
+}
+
+}  // namespace
 
 bool shows_materials(const SliceJob& job) {
   return std::any_of(job.planes.begin(), job.planes.end(), [](const PlaneSpec& plane) {
@@ -36,19 +50,52 @@ std::vector<PlaneSpec> shown_channels(const SliceJob& job) {
 std::vector<PlaneSpec> mixed_channels(const SliceJob& job) {
   std::vector<PlaneSpec> planes;
   if (!shows_materials(job)) return planes;
-  for (const std::uint32_t channel : channels_of(*job.printing)) {
-    PlaneSpec& plane = planes.emplace_back();
-    plane.content = PlaneContent::kChannel;
-    plane.channel = channel;
-    plane.sample_type = SampleType::kFloat32;
-  }
+  for (const std::string& channel : channels_of(*job.printing)) planes.push_back(float_plane(channel));
   return planes;
 }
 
-PartPlanes::PartPlanes(const SliceJob& job, const SolidSummary& solid) {
-  for (const PlaneSpec& plane : shown_channels(job)) contone_.emplace_back(plane, solid.channels[plane.channel]);
-  shown_ = contone_.size();
-  for (const PlaneSpec& plane : mixed_channels(job)) contone_.emplace_back(plane, solid.channels[plane.channel]);
+std::vector<const ChannelSource*> used_sources(const SliceJob& job) {
+  std::vector<const ChannelSource*> used;
+  if (job.sources.empty()) return used;
+  std::vector<std::string> wanted;
+  for (const PlaneSpec& plane : shown_channels(job)) wanted.push_back(plane.channel);
+  for (const PlaneSpec& plane : mixed_channels(job)) wanted.push_back(plane.channel);
+  for (std::size_t left = job.sources.size(); left > 0; --left) {
+    const ChannelSource& source = *job.sources[left - 1];
+    if (!contains(wanted, source.range().name)) continue;
+    used.insert(used.begin(), &source);
+    wanted.insert(wanted.end(), source.inputs().begin(), source.inputs().end());
+  }
+  return used;
+}
+
+std::vector<PlaneSpec> read_channels(const SliceJob& job) {
+  std::vector<std::string> read;
+  for (const ChannelSource* source : used_sources(job)) {
+    for (const std::string& input : source->inputs()) {
+      if (!contains(read, input)) read.push_back(input);
+    }
+  }
+  std::vector<PlaneSpec> planes;
+  for (const std::string& channel : read) planes.push_back(float_plane(channel));
+  return planes;
+}
+
+std::vector<PlaneSpec> all_channels(const SliceJob& job) {
+  std::vector<PlaneSpec> all = shown_channels(job);
+  for (const std::vector<PlaneSpec>& more : {mixed_channels(job), read_channels(job)}) {
+    all.insert(all.end(), more.begin(), more.end());
+  }
+  return all;
+}
+
+PartPlanes::PartPlanes(const SliceJob& job, const SolidSummary& solid)
+    : specs_(all_channels(job)), shown_(shown_channels(job).size()), mixed_(mixed_channels(job).size()) {
+  const ChannelTable table(solid.channels, job.sources);
+  for (const PlaneSpec& spec : specs_) {
+    const Channel channel = table.at(spec.channel);
+    contone_.emplace_back(spec, channel.range, channel.of_solid);
+  }
 }
 
 void PartPlanes::clear(const LayerWindow& window, const CancellationToken& cancel) {

@@ -1,16 +1,18 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The samples of a part's channels while a layer is worked on: those that pictures show, and those that halftoning
-// reads, as floats, which no picture shows.
+// The samples of a part's channels while a layer is worked on: those that pictures show, and those that halftoning and
+// sources read, as floats, which no picture shows.
 
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 #include "core/base/cancellation.h"
+#include "core/channel/channel_source.h"
 #include "core/field/contone.h"
 #include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
@@ -30,22 +32,37 @@ std::vector<PlaneSpec> shown_channels(const SliceJob& job);
 /// The planes that halftoning reads: the channels of the material map, in its order, as floats.
 std::vector<PlaneSpec> mixed_channels(const SliceJob& job);
 
+/// The job's sources whose channels are shown, mixed, or read by others of these, each after those that it reads.
+std::vector<const ChannelSource*> used_sources(const SliceJob& job);
+
+/// The planes that used_sources() read: each of their inputs once, as floats.
+std::vector<PlaneSpec> read_channels(const SliceJob& job);
+
+/// shown_channels(), mixed_channels() and read_channels().
+std::vector<PlaneSpec> all_channels(const SliceJob& job);
+
 /// One thread. Memory is kept from layer to layer.
 class PartPlanes {
  public:
   PartPlanes(const SliceJob& job, const SolidSummary& solid);
 
-  /// The planes of shown_channels(), then those of mixed_channels().
+  /// Of all_channels().
+  std::span<const PlaneSpec> specs() const { return specs_; }
   std::span<ContonePlane> channels() { return contone_; }
   std::span<const ContonePlane> shown() const { return std::span(contone_).first(shown_); }
-  std::span<const ContonePlane> mixed() const { return std::span(contone_).subspan(shown_); }
+  std::span<const ContonePlane> mixed() const { return std::span(contone_).subspan(shown_, mixed_); }
+  /// Some are of the solid's own channels.
+  bool need_solid() const {
+    return std::ranges::any_of(contone_, [](const ContonePlane& plane) { return plane.channel().has_value(); });
+  }
 
   /// All samples as outside. Throws Error{kCancelled}.
   void clear(const LayerWindow& window, const CancellationToken& cancel);
 
  private:
+  std::vector<PlaneSpec> specs_;
   std::vector<ContonePlane> contone_;
-  std::size_t shown_ = 0;
+  std::size_t shown_, mixed_;  // Of them.
 };
 
 }  // namespace ccslice

@@ -15,6 +15,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/channel/channel_table.h"
 #include "core/contour/contour.h"
 #include "core/contour/surface_tree.h"
 #include "core/interpolation/pieces/cell_fitter.h"
@@ -87,8 +88,7 @@ double picture_bytes(const SliceJob& job, const LayerScope& scope) {
         sample_bytes(plane.sample_type, window.columns, window.rows, static_cast<std::uint32_t>(channels)));
   };
   double bytes = 0, largest = 0;
-  for (const PlaneSpec& plane : shown_channels(job)) bytes += plane_bytes_in(plane, scope.window);
-  for (const PlaneSpec& plane : mixed_channels(job)) bytes += plane_bytes_in(plane, scope.window);
+  for (const PlaneSpec& plane : all_channels(job)) bytes += plane_bytes_in(plane, scope.window);
   for (const PlaneSpec& plane : job.planes) {
     if (plane.content == PlaneContent::kChannels) largest = std::max(largest, plane_bytes_in(plane, scope.window));
     largest = std::max(largest, plane_bytes_in(plane, scope.region));
@@ -254,7 +254,9 @@ SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& can
   const SliceJob& job = part.job;
   const LayerScope scope = scope_of(job);
   const Boundary boundary = boundary_of(*solid, job, scope, cancel);
-  const double channels = static_cast<double>(shown_channels(job).size() + mixed_channels(job).size());
+  const ChannelTable of_solid(solid->summary().channels);
+  const double channels = static_cast<double>(std::ranges::count_if(
+      all_channels(job), [&](const PlaneSpec& plane) { return of_solid.find(plane.channel).has_value(); }));
   const bool interpolates = channels > 0 && job.channel_tolerance != 0.0;
   double shared = boundary.faces * 2 * sizeof(Box3), slicer = kCodecs + picture_bytes(job, scope);
   slicer += contour_bytes(boundary, job, scope, interpolates ? kSlabLayers : 1);

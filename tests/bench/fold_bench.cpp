@@ -100,7 +100,10 @@ SliceJob job_of(const LimitSolid& solid, double voxels) {
   PlaneSpec plane;
   plane.content = PlaneContent::kChannel;
   plane.sample_type = SampleType::kFloat32;
-  for (plane.channel = 0; plane.channel < solid.channel_count(); ++plane.channel) job.planes.push_back(plane);
+  for (const ChannelRange& channel : solid.summary().channels) {
+    plane.channel = channel.name;
+    job.planes.push_back(plane);
+  }
   validate_job(solid, job);
   return job;
 }

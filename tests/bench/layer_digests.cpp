@@ -21,16 +21,17 @@
 #include <vector>
 
 #include "core/models/models.h"
-#include "core/slicer/slice_range.h"
 #include "tests/bench/layer_digest.h"
 #include "tests/bench/printer_job.h"
 #include "tests/oracle/real_meshes.h"
+#include "tests/support/slice_range.h"
 
 namespace ccslice::bench {
 namespace {
 
-PlaneSpec channel_plane(SampleType type) {
+PlaneSpec channel_plane(const PrinterJob& part, SampleType type) {
   PlaneSpec plane;
+  plane.channel = part.mesh.channel_names[0];
   plane.content = PlaneContent::kChannel;
   plane.sample_type = type;
   return plane;
@@ -38,8 +39,8 @@ PlaneSpec channel_plane(SampleType type) {
 
 SliceJob contone(const PrinterJob& part) {
   SliceJob job = part.job;
-  job.planes = {PlaneSpec(), channel_plane(SampleType::kUint8), channel_plane(SampleType::kUint16),
-                channel_plane(SampleType::kFloat32)};
+  job.planes = {PlaneSpec(), channel_plane(part, SampleType::kUint8), channel_plane(part, SampleType::kUint16),
+                channel_plane(part, SampleType::kFloat32)};
   return job;
 }
 
@@ -48,7 +49,8 @@ SliceJob printed(const PrinterJob& part, HalftoneMethod method) {
   const ChannelRange& channel = part.solid->summary().channels[0];
   Printing printing;
   printing.materials = {{"one", 0xff0000ff}, {"two", 0x00ff00ff}, {"three", 0x0000ffff}};
-  printing.map.kind = BlendMap{0, {{channel.min, 1}, {0.5 * (channel.min + channel.max), 2}, {channel.max, 3}}};
+  printing.map.kind =
+      BlendMap{channel.name, {{channel.min, 1}, {0.5 * (channel.min + channel.max), 2}, {channel.max, 3}}};
   printing.halftone = {method, 7};
   job.printing = printing;
   PlaneSpec plane;

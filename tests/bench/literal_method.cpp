@@ -26,7 +26,7 @@ LiteralMethod::LiteralMethod(const PrinterJob& job)
       solid_(*job.solid, oracle::cell_boxes(*job.solid)),
       algorithm_(solid_),
       values_(job.solid->channel_count()),
-      plane_(job.job.planes[1], job.solid->summary().channels[0]),
+      plane_(job.job.planes[1], job.solid->summary().channels[0], 0),
       points_(lattice_.width),
       inside_(lattice_.width),
       line_(lattice_.width),

@@ -18,9 +18,8 @@ constexpr double kOutsideMm = 2e-3;  // As LayerSlicer has it with the default c
 ContonePlane channel_plane(const LimitSolid& solid, std::uint32_t channel, SampleType type) {
   PlaneSpec plane;
   plane.content = PlaneContent::kChannel;
-  plane.channel = channel;
   plane.sample_type = type;
-  return {plane, solid.summary().channels.at(channel)};
+  return {plane, solid.summary().channels.at(channel), channel};
 }
 
 std::vector<ChannelTolerance> channel_tolerances(const LimitSolid& solid, double share, std::uint32_t count) {

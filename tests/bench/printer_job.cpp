@@ -25,6 +25,7 @@ PrinterJob make_printer_job(std::string name, ControlMesh mesh, const VoxelPitch
   result.job.grid = plan_grid(*result.solid, result.job.placement, request);
   result.job.planes.resize(2);
   result.job.planes[1].content = PlaneContent::kChannel;
+  result.job.planes[1].channel = result.mesh.channel_names.at(0);
   result.job.planes[1].sample_type = SampleType::kUint8;
   validate_job(*result.solid, result.job);
   return result;

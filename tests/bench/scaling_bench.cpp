@@ -20,7 +20,6 @@
 #include "core/models/models.h"
 #include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
-#include "core/slicer/slice_range.h"
 #include "core/subdivision/refined_mesh.h"
 #include "tests/bench/bars.h"
 #include "tests/bench/clocks.h"
@@ -30,6 +29,7 @@
 #include "tests/bench/printer_job.h"
 #include "tests/bench/served_job.h"
 #include "tests/oracle/real_meshes.h"
+#include "tests/support/slice_range.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice::bench {
@@ -185,7 +185,7 @@ PrinterJob rough_job(const std::string& name, ControlMesh mesh) {
   for (std::uint32_t c = 0; c < kChannels; ++c) {
     PlaneSpec& plane = job.planes.emplace_back();
     plane.content = PlaneContent::kChannel;
-    plane.channel = c;
+    plane.channel = "rough" + std::to_string(c);
     plane.sample_type = SampleType::kFloat32;
     plane.encoding = Encoding::kRaw;
   }

@@ -91,7 +91,7 @@ Printing printing_of(const ChannelRange& channel) {
   Printing printing;
   printing.materials = {{"low", 0x000000ff}, {"high", 0xffffffff}};
   if (channel.min < channel.max) {
-    printing.map.kind = BlendMap{.channel = 0, .stops = {{channel.min, 1}, {channel.max, 2}}};
+    printing.map.kind = BlendMap{.channel = channel.name, .stops = {{channel.min, 1}, {channel.max, 2}}};
   }
   return printing;
 }
@@ -108,6 +108,7 @@ SliceJob job_of(const LimitSolid& solid) {
   if (solid.channel_count() > 0) {
     job.printing = printing_of(solid.summary().channels[0]);
     job.planes.push_back(plane_of(PlaneContent::kChannel, SampleType::kUint8));
+    job.planes.back().channel = solid.summary().channels[0].name;
     job.planes.push_back(plane_of(PlaneContent::kMaterials, SampleType::kUint8));
   }
   if (!solid.summary().cell_regions.empty()) {

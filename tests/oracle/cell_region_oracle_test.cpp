@@ -47,11 +47,11 @@ SliceJob job_on(const LimitSolid& solid, const Vec3& shares, const Placement& pl
 }
 
 /// Raw floats of the first channels.
-void add_channel_planes(std::uint32_t count, SliceJob& job) {
+void add_channel_planes(const LimitSolid& solid, std::uint32_t count, SliceJob& job) {
   for (std::uint32_t c = 0; c < count; ++c) {
     PlaneSpec& plane = job.planes.emplace_back();
     plane.content = PlaneContent::kChannel;
-    plane.channel = c;
+    plane.channel = solid.summary().channels[c].name;
     plane.sample_type = SampleType::kFloat32;
     plane.encoding = Encoding::kRaw;
   }
@@ -143,7 +143,7 @@ TEST_P(CellRegions, EveryVoxelTakesItsMaterialFromItsOwnPlace) {
   SliceJob job = job_on(*solid, {61, 53, 29});
   job.planes.clear();
   job.planes.emplace_back().encoding = Encoding::kRaw;
-  add_channel_planes(3, job);
+  add_channel_planes(*solid, 3, job);
   SliceJob exact_job = job;
   exact_job.channel_tolerance = 0;
   LayerSlicer exact(solid, exact_job), interpolating(solid, job);
@@ -176,7 +176,7 @@ TEST_P(CellRegions, ChannelsJumpAtInterfaces) {
       });
   const auto solid = prepare_solid(jumping);
   SliceJob job = job_on(*solid, {61, 53, 29});
-  add_channel_planes(2, job);
+  add_channel_planes(*solid, 2, job);
   SliceJob exact_job = job;
   exact_job.channel_tolerance = 0;
   LayerSlicer exact(solid, exact_job), interpolating(solid, job);

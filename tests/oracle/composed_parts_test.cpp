@@ -21,7 +21,7 @@
 #include "core/output/encode.h"
 #include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
-#include "core/slicer/slice_range.h"
+#include "tests/support/slice_range.h"
 
 namespace ccslice {
 namespace {
@@ -46,12 +46,6 @@ std::vector<std::shared_ptr<const LimitSolid>> make_solids() {
   return {with_channels(make_box({Vec3(12, 8, 6), 3, 2, 2}), {"soft=x:0..12", "hard=z:0..6"}, true),
           with_channels(make_ring({8, 1, 2, 14, 6, 7}), {"hard=x:-7..7", "other=y:-7..7", "soft=z:0..7"}, false),
           with_channels(std::move(smooth), {"other=x:0..10", "soft=y:0..8", "hard=z:0..9"}, true)};
-}
-
-std::uint32_t channel_of(const LimitSolid& solid, const std::string& name) {
-  const auto& channels = solid.summary().channels;
-  const auto found = std::ranges::find(channels, name, &ChannelRange::name);
-  return static_cast<std::uint32_t>(found - channels.begin());
 }
 
 using Random = std::mt19937;
@@ -110,7 +104,7 @@ Common random_common(Random& random) {
   return common;
 }
 
-SliceJob job_of_part(const Common& common, const LimitSolid& solid, Random& random) {
+SliceJob job_of_part(const Common& common, Random& random) {
   SliceJob job;
   job.placement = random_placement(random);
   job.grid = common.grid;
@@ -118,7 +112,7 @@ SliceJob job_of_part(const Common& common, const LimitSolid& solid, Random& rand
   job.order = common.order;
   job.channel_tolerance = common.tolerance;
   job.contours = true;
-  const std::uint32_t soft = channel_of(solid, "soft"), hard = channel_of(solid, "hard");
+  const std::string soft = "soft", hard = "hard";
   PlaneSpec bytes = plane_of(PlaneContent::kChannel, SampleType::kUint8);
   bytes.channel = soft;
   bytes.range = ValueRange{-1, 15};
@@ -153,7 +147,7 @@ PlacedParts random_parts(const std::vector<std::shared_ptr<const LimitSolid>>& s
   const std::uint32_t count = 2 + random_below(random, 19);
   for (std::uint32_t p = 0; p < count; ++p) {
     const auto& solid = solids[random_below(random, static_cast<std::uint32_t>(solids.size()))];
-    parts.push_back({"part " + std::to_string(p), solid, job_of_part(common, *solid, random),
+    parts.push_back({"part " + std::to_string(p), solid, job_of_part(common, random),
                      static_cast<std::int32_t>(random_below(random, 3)) - 1});
     validate_job(*solid, parts.back().job);
   }

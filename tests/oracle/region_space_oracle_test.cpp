@@ -67,7 +67,7 @@ SliceJob printed_job(const ControlMesh& mesh) {
     printing.cell_region_maps.push_back(
         {.cell_region = static_cast<std::uint8_t>(r), .map = {.kind = PureMap{.material = r + 1}}});
   }
-  printing.map.kind = BlendMap{.channel = 0, .stops = {{0, regions}, {1, regions + 1}}};
+  printing.map.kind = BlendMap{.channel = mesh.channel_names[0], .stops = {{0, regions}, {1, regions + 1}}};
   const auto add_plane = [&](PlaneContent content, SampleType type) -> PlaneSpec& {
     PlaneSpec& plane = job.planes.emplace_back();
     plane.content = content;

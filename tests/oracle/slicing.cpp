@@ -18,7 +18,10 @@ SliceJob float_job(const Subject& subject, const VoxelPitch& pitch) {
   job.planes.push_back(plane);
   plane.content = PlaneContent::kChannel;
   plane.sample_type = SampleType::kFloat32;
-  for (plane.channel = 0; plane.channel < subject.solid().channel_count(); ++plane.channel) job.planes.push_back(plane);
+  for (const ChannelRange& channel : subject.solid().summary().channels) {
+    plane.channel = channel.name;
+    job.planes.push_back(plane);
+  }
   job.contours = true;
   job.channel_tolerance = 0;
   return job;

@@ -181,15 +181,17 @@ TEST_F(JobParts, AreNotTooMany) {
   EXPECT_EQ(failure().reason, "TOO_MANY_PARTS");
 }
 
-TEST_F(JobParts, SayWhichHaveTheChannelThatOneLacks) {
+TEST_F(JobParts, SayWhichLackAChannel) {
   v1::ControlMesh other = make_box(2, 10);
   other.set_channel_names(0, "y");
   add("a", 0);
   add("b", 15).set_mesh_id(server_.upload_good(other));
+  add("c", 30).set_mesh_id(job_->parts(1).mesh_id());
   const Failure refused = failure();
   EXPECT_EQ(refused.reason, "CHANNEL_UNKNOWN");
   EXPECT_EQ(refused.field, "job.planes[1].channel.name");
-  EXPECT_THAT(refused.message, HasSubstr("(part 'b'); the parts that have it: 'a'"));
+  EXPECT_THAT(refused.message,
+              HasSubstr("the mesh has no channel \"x\"; it has \"y\" (part 'b'); parts that lack it: 'b', 'c'"));
 }
 
 TEST_F(JobParts, NameAllMeshesThatAreMissing) {
@@ -367,6 +369,7 @@ TEST_F(PreviewsOfJobParts, AreRefusedWithThePartAtFault) {
   shown({channel}, &refused);
   EXPECT_EQ(refused.reason, "CHANNEL_UNKNOWN");
   EXPECT_EQ(refused.field, "content.channel.channel");
+  EXPECT_THAT(refused.message, HasSubstr("parts that lack it: 'b'"));
   v1::PreviewRequest overlapping = asked(1);
   overlapping.mutable_plane()->mutable_layer()->mutable_job()->set_overlaps(v1::PART_OVERLAPS_REFUSE);
   shown({overlapping}, &refused);

@@ -21,6 +21,7 @@ namespace ccslice {
 inline Printing blend_of(std::size_t materials, HalftoneMethod method, std::uint64_t seed = 0) {
   Printing printing;
   BlendMap blend;
+  blend.channel = "0";
   for (std::uint32_t m = 0; m < materials; ++m) {
     printing.materials.push_back({std::string(1, static_cast<char>('a' + m)), 0x10101000u * (m + 1) + 0xff});
     blend.stops.push_back({static_cast<double>(m), m + 1});
@@ -34,7 +35,7 @@ inline Printing blend_of(std::size_t materials, HalftoneMethod method, std::uint
 inline Printing shares_of(std::size_t materials, HalftoneMethod method, std::uint64_t seed = 0) {
   Printing printing = blend_of(materials, method, seed);
   DirectMap direct;
-  for (std::uint32_t m = 0; m < materials; ++m) direct.shares.push_back({m, m + 1});
+  for (std::uint32_t m = 0; m < materials; ++m) direct.shares.push_back({std::to_string(m), m + 1});
   printing.map.kind = direct;
   return printing;
 }

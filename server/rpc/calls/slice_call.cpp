@@ -12,7 +12,6 @@
 #include "core/base/engine_version.h"
 #include "core/printing/halftone.h"
 #include "core/slicer/layer_slicer.h"
-#include "core/slicer/slice_range.h"
 #include "core/slicer/slicer_memory.h"
 #include "server/rpc/calls/requests.h"
 #include "server/rpc/calls/shedding_call.h"
@@ -252,9 +251,8 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     for (const MeshPtr& mesh : meshes_) header_.add_mesh_ids(mesh->id());
     header_.set_first_layer(request_.first_layer());
     header_.set_layer_count(request_.layer_count());
-    for (const PlaneSpec& plane : job.planes) {
-      *header_.add_planes() = to_message(plane, parts_.front().solid->summary(), job.printing);
-    }
+    const ChannelTable channels(parts_.front().solid->summary().channels, job.sources);
+    for (const PlaneSpec& plane : job.planes) *header_.add_planes() = to_message(plane, channels, job.printing);
     if (shows_cell_regions(job) || job.contours_by_cell_region) {
       for (const std::string& name : cell_region_names(parts_)) header_.add_cell_region_names(name);
     }

@@ -5,11 +5,11 @@
 
 #include "core/base/choice_text.h"
 #include "core/base/error.h"
+#include "core/field/contone.h"
 #include "core/job/validate_placement.h"
 #include "core/output/pack_indices.h"
 #include "server/rpc/convert/contract_value.h"
 #include "server/rpc/convert/convert_printing.h"
-#include "server/rpc/convert/find_named.h"
 #include "server/service/base/service_error.h"
 
 namespace ccslice::server {
@@ -56,17 +56,6 @@ Encoding to_encoding(v1::PlaneEncoding encoding, const std::string& field) {
               field);
 }
 
-std::vector<std::uint32_t> to_channels(const v1::ChannelsContent& message, const SolidSummary& solid,
-                                       const std::string& field) {
-  std::vector<std::uint32_t> channels;
-  for (int i = 0; i < message.names_size(); ++i) {
-    channels.push_back(to_channel(message.names(i), solid, field + "[" + std::to_string(i) + "]"));
-  }
-  if (!channels.empty()) return channels;
-  for (std::uint32_t channel = 0; channel < solid.channels.size(); ++channel) channels.push_back(channel);
-  return channels;
-}
-
 std::uint32_t to_mask_material(const std::string& name, const std::optional<Printing>& printing,
                                const std::string& field) {
   if (printing) return to_material(name, *printing, field);
@@ -82,11 +71,11 @@ PlaneSpec to_plane(const v1::PlaneSpec& message, const SolidSummary& solid, cons
     case v1::PlaneSpec::kOccupancy: plane.content = PlaneContent::kOccupancy; break;
     case v1::PlaneSpec::kChannel:
       plane.content = PlaneContent::kChannel;
-      plane.channel = to_channel(message.channel().name(), solid, path + ".channel.name");
+      plane.channel = message.channel().name();
       break;
     case v1::PlaneSpec::kChannels:
       plane.content = PlaneContent::kChannels;
-      plane.channels = to_channels(message.channels(), solid, path + ".channels.names");
+      plane.channels.assign(message.channels().names().begin(), message.channels().names().end());
       break;
     case v1::PlaneSpec::kMaterials: plane.content = PlaneContent::kMaterials; break;
     case v1::PlaneSpec::kCellRegions: plane.content = PlaneContent::kCellRegions; break;
@@ -136,10 +125,6 @@ Placement to_placement(const v1::Placement& message, const Box3& solid_box, cons
   for (int i = 0; i < message.matrix_size(); ++i) placement(i / 4, i % 4) = message.matrix(i);
   validate_placement(placement, solid_box, limits);
   return placement;
-}
-
-std::uint32_t to_channel(const std::string& name, const SolidSummary& solid, const std::string& field) {
-  return find_named(solid.channels, name, ErrorCode::kChannelUnknown, "the mesh has no channel", "it", field);
 }
 
 GridRequest to_grid_request(const v1::GridSpec& message) {
@@ -253,7 +238,8 @@ v1::VoxelBox to_message(const VoxelRegion& value) {
   return message;
 }
 
-v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, const std::optional<Printing>& printing) {
+v1::PlaneSpec to_message(const PlaneSpec& value, const ChannelTable& channels,
+                         const std::optional<Printing>& printing) {
   v1::PlaneSpec message;
   message.set_sample_type(to_message(value.sample_type));
   message.set_encoding(to_message(*find_encoding(value.encoding)));
@@ -265,19 +251,17 @@ v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, cons
       message.mutable_material_mask()->set_material(printing->materials[value.material - 1].name);
       return message;
     case PlaneContent::kChannels:
-      for (const std::uint32_t channel : value.channels) {
-        message.mutable_channels()->add_names(solid.channels[channel].name);
-      }
+      for (const std::string& channel : value.channels) message.mutable_channels()->add_names(channel);
       message.set_outside_sample(value.outside_sample);
       return message;
     case PlaneContent::kChannel: break;
   }
-  const ChannelRange& channel = solid.channels[value.channel];
-  message.mutable_channel()->set_name(channel.name);
+  message.mutable_channel()->set_name(value.channel);
   message.set_outside_sample(value.outside_sample);
   if (value.sample_type != SampleType::kFloat32) {
-    message.mutable_value_range()->set_min(value.range ? value.range->min : channel.min);
-    message.mutable_value_range()->set_max(value.range ? value.range->max : channel.max);
+    const ValueRange range = value_range(value, channels.at(value.channel).range);
+    message.mutable_value_range()->set_min(range.min);
+    message.mutable_value_range()->set_max(range.max);
   }
   return message;
 }

@@ -16,6 +16,7 @@
 #include "ccslice/v1/mesh.pb.h"
 #include "ccslice/v1/slice.pb.h"
 #include "core/base/types.h"
+#include "core/channel/channel_table.h"
 #include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
 #include "core/mesh/cell_kind.h"
@@ -35,10 +36,8 @@ VoxelRegion to_region(const v1::Region& message, const Grid& grid);
 PictureOrder to_order(const v1::PictureLayout& message);
 /// The layout with defaults filled in.
 v1::PictureLayout with_defaults(const v1::PictureLayout& message);
-/// The number of a channel. Throws Error{kChannelUnknown}.
-std::uint32_t to_channel(const std::string& name, const SolidSummary& solid, const std::string& field);
-/// The planes with defaults filled in. `printing` is that of the job. Throws Error{kContentInvalid, kChannelUnknown,
-/// kMaterialUnknown, kEnumValueUnknown}.
+/// The planes with defaults filled in. `printing` is that of the job. Throws Error{kContentInvalid, kMaterialUnknown,
+/// kEnumValueUnknown}.
 std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& messages,
                                  const SolidSummary& solid, const std::optional<Printing>& printing);
 
@@ -47,7 +46,7 @@ v1::Vector3 to_message(const Vec3& value);
 v1::Box3 to_message(const Box3& value);
 v1::Grid to_message(const Grid& value);
 v1::VoxelBox to_message(const VoxelRegion& value);
-v1::PlaneSpec to_message(const PlaneSpec& value, const SolidSummary& solid, const std::optional<Printing>& printing);
+v1::PlaneSpec to_message(const PlaneSpec& value, const ChannelTable& channels, const std::optional<Printing>& printing);
 v1::CellKind to_message(const CellKindTraits& value);
 v1::PlaneEncoding to_message(const EncodingTraits& value);
 v1::Channel to_message(const ChannelRange& value);

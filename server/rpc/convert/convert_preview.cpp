@@ -13,7 +13,6 @@
 #include "core/job/validate_job.h"
 #include "core/limit/support.h"
 #include "core/preview/layer_painter.h"
-#include "core/slicer/slice_range.h"
 #include "server/rpc/convert/contract_value.h"
 #include "server/rpc/convert/convert.h"
 #include "server/rpc/convert/job_field.h"
@@ -45,15 +44,14 @@ PreviewLines to_lines(const v1::PreviewLines& message) {
   return lines;
 }
 
-PreviewColours to_colours(const v1::PreviewContent& message, const std::shared_ptr<const Printing>& printing,
-                          const SolidSummary& solid) {
+PreviewColours to_colours(const v1::PreviewContent& message, const std::shared_ptr<const Printing>& printing) {
   PreviewColours show;
   show.printing = printing;
   switch (message.content_case()) {
     case v1::PreviewContent::kOccupancy: break;
     case v1::PreviewContent::kChannel:
       show.content = PreviewContent::kChannel;
-      show.channel = to_channel(message.channel().channel(), solid, "content.channel.channel");
+      show.channel = message.channel().channel();
       show.colours = to_colour_map(message.channel().colours());
       if (message.channel().has_range()) {
         show.range = ValueRange{.min = message.channel().range().min(), .max = message.channel().range().max()};
@@ -85,7 +83,7 @@ PreviewJob to_plane_job(const v1::PreviewRequest& request, const PreviewSetting&
   job.plane.up_mm = plane.up_mm_per_pixel() == 0 ? plane.across_mm_per_pixel() : plane.up_mm_per_pixel();
   job.plane.columns = request.width();
   job.plane.rows = request.height();
-  job.show = to_colours(request.content(), setting.printing, solid.summary());
+  job.show = to_colours(request.content(), setting.printing);
   job.contours = request.contours();
   validate_preview(solid.summary(), job, limits);
   if (job.show.content == PreviewContent::kHalftone) {
@@ -129,24 +127,28 @@ LayerPreview to_layer(const v1::PreviewRequest& request, std::span<const std::sh
     malformed("a layer is as wide and high as its region: leave width and height out", "width");
   }
   LayerPreview preview{to_parts_of_layer(plane, solids, limits, cancel), {}, plane.layer()};
-  for (PlacedPart& part : preview.parts) {
+  PlacedParts& parts = preview.parts;
+  validate_layer(plane.layer(), parts.front().job);
+  const auto show_of = [&](const PlacedPart& part) {
+    const std::optional<Printing>& printing = part.job.printing;
+    return to_colours(request.content(), printing ? std::make_shared<const Printing>(*printing) : nullptr);
+  };
+  preview.show = show_of(parts.front());
+  auto part = parts.begin();
+  check_parts(plane.job(), [&](int) {
+    const PlacedPart& here = *part;
+    part = std::find_if(part + 1, parts.end(), [](const PlacedPart& next) { return !next.is_copy; });
+    at_job(kLayerJobPath, [&] { validate_colours(here.solid->summary(), show_of(here), here.job.sources); });
+  });
+  for (PlacedPart& each : parts) {
     cancel.throw_if_cancelled();
-    SliceJob& job = part.job;
-    const bool is_first = &part == &preview.parts.front();
-    const SolidSummary& solid = part.solid->summary();
-    const auto printing = job.printing && is_first ? std::make_shared<const Printing>(*job.printing) : nullptr;
-    PreviewColours show = to_colours(request.content(), printing, solid);
-    if (is_first) {
-      at_job(kLayerJobPath, [&] { validate_colours(solid, show); });
-      validate_layer(preview.layer, job);
-    }
+    SliceJob& job = each.job;
     if (job.region) {  // Its layers don't matter.
       job.region->first_layer = preview.layer;
       job.region->extent.layers = 1;
     }
-    job = layer_preview_job(std::move(job), show, request.contours());
-    if (!part.is_copy) at_job(kLayerJobPath, [&] { validate_job(solid, job, limits); });
-    if (is_first) preview.show = std::move(show);
+    job = layer_preview_job(std::move(job), preview.show, request.contours());
+    if (!each.is_copy) at_job(kLayerJobPath, [&] { validate_job(*each.solid, job, limits); });
   }
   return preview;
 }

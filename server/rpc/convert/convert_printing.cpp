@@ -9,9 +9,9 @@
 
 #include "core/base/choice_text.h"
 #include "core/base/error.h"
+#include "core/base/find_named.h"
 #include "server/rpc/convert/contract_value.h"
 #include "server/rpc/convert/convert.h"
-#include "server/rpc/convert/find_named.h"
 
 namespace ccslice::server {
 namespace {
@@ -19,8 +19,7 @@ namespace {
 // The parts of a map. Fields are those of the request.
 class MapReader {
  public:
-  MapReader(const Printing& printing, const SolidSummary& solid, std::string path)
-      : printing_(printing), solid_(solid), path_(std::move(path)) {}
+  MapReader(const Printing& printing, std::string path) : printing_(printing), path_(std::move(path)) {}
 
   MaterialMap read(const v1::MaterialMap& message) const {
     MaterialMap map;
@@ -45,8 +44,8 @@ class MapReader {
     DirectMap map;
     for (int i = 0; i < message.shares_size(); ++i) {
       const std::string share = path + ".shares[" + std::to_string(i) + "]";
-      map.shares.push_back({to_channel(message.shares(i).channel(), solid_, share + ".channel"),
-                            to_material(message.shares(i).material(), printing_, share + ".material")});
+      map.shares.push_back(
+          {message.shares(i).channel(), to_material(message.shares(i).material(), printing_, share + ".material")});
     }
     if (message.rest_material().empty()) return map;
     map.rest_material = to_material(message.rest_material(), printing_, path + ".rest_material");
@@ -56,7 +55,7 @@ class MapReader {
   BlendMap read(const v1::BlendMap& message) const {
     const std::string path = path_ + ".blend";
     BlendMap map;
-    map.channel = to_channel(message.channel(), solid_, path + ".channel");
+    map.channel = message.channel();
     for (int i = 0; i < message.stops_size(); ++i) {
       const std::string field = path + ".stops[" + std::to_string(i) + "].material";
       map.stops.push_back({message.stops(i).value(), to_material(message.stops(i).material(), printing_, field)});
@@ -67,7 +66,7 @@ class MapReader {
   CalibrationMap read(const v1::CalibrationMap& message) const {
     const std::string path = path_ + ".calibration";
     CalibrationMap map;
-    map.channel = to_channel(message.channel(), solid_, path + ".channel");
+    map.channel = message.channel();
     map.material = to_material(message.material(), printing_, path + ".material");
     map.base = to_material(message.base(), printing_, path + ".base");
     for (const v1::CalibrationPoint& point : message.points())
@@ -75,18 +74,16 @@ class MapReader {
     return map;
   }
 
-  ColourMap read(const v1::ColourMap& message) const {
-    const std::string path = path_ + ".colour";
+  static ColourMap read(const v1::ColourMap& message) {
     ColourMap map;
-    map.red = to_channel(message.red_channel(), solid_, path + ".red_channel");
-    map.green = to_channel(message.green_channel(), solid_, path + ".green_channel");
-    map.blue = to_channel(message.blue_channel(), solid_, path + ".blue_channel");
+    map.red = message.red_channel();
+    map.green = message.green_channel();
+    map.blue = message.blue_channel();
     if (message.full_value() != 0) map.full_value = message.full_value();
     return map;
   }
 
   const Printing& printing_;
-  const SolidSummary& solid_;
   const std::string path_;
 };
 
@@ -110,8 +107,7 @@ HalftoneMethod to_method(v1::HalftoneMethod method) {
 // The way back.
 class MapWriter {
  public:
-  MapWriter(const Printing& printing, const SolidSummary& solid, v1::MaterialMap& message)
-      : printing_(printing), solid_(solid), message_(message) {}
+  MapWriter(const Printing& printing, v1::MaterialMap& message) : printing_(printing), message_(message) {}
 
   void operator()(std::monostate) const {}
   void operator()(const PureMap& map) const { message_.set_material(material(map.material)); }
@@ -120,7 +116,7 @@ class MapWriter {
     v1::DirectMap& direct = *message_.mutable_direct();
     for (const DirectMap::Share& share : map.shares) {
       v1::DirectShare& written = *direct.add_shares();
-      written.set_channel(channel(share.channel));
+      written.set_channel(share.channel);
       written.set_material(material(share.material));
     }
     if (map.rest_material != 0) direct.set_rest_material(material(map.rest_material));
@@ -128,7 +124,7 @@ class MapWriter {
 
   void operator()(const BlendMap& map) const {
     v1::BlendMap& blend = *message_.mutable_blend();
-    blend.set_channel(channel(map.channel));
+    blend.set_channel(map.channel);
     for (const BlendMap::Stop& stop : map.stops) {
       v1::BlendStop& written = *blend.add_stops();
       written.set_value(stop.value);
@@ -137,12 +133,12 @@ class MapWriter {
   }
 
   void operator()(const CalibrationMap& map) const {
-    v1::CalibrationMap& calibration = *message_.mutable_calibration();
-    calibration.set_channel(channel(map.channel));
-    calibration.set_material(material(map.material));
-    calibration.set_base(material(map.base));
+    v1::CalibrationMap& curve = *message_.mutable_calibration();
+    curve.set_channel(map.channel);
+    curve.set_material(material(map.material));
+    curve.set_base(material(map.base));
     for (const CalibrationMap::Point& point : map.points) {
-      v1::CalibrationPoint& written = *calibration.add_points();
+      v1::CalibrationPoint& written = *curve.add_points();
       written.set_property(point.property);
       written.set_fraction(point.fraction);
     }
@@ -150,18 +146,16 @@ class MapWriter {
 
   void operator()(const ColourMap& map) const {
     v1::ColourMap& colour = *message_.mutable_colour();
-    colour.set_red_channel(channel(map.red));
-    colour.set_green_channel(channel(map.green));
-    colour.set_blue_channel(channel(map.blue));
+    colour.set_red_channel(map.red);
+    colour.set_green_channel(map.green);
+    colour.set_blue_channel(map.blue);
     colour.set_full_value(map.full_value);
   }
 
  private:
-  const std::string& channel(std::uint32_t index) const { return solid_.channels[index].name; }
   const std::string& material(std::uint32_t number) const { return printing_.materials[number - 1].name; }
 
   const Printing& printing_;
-  const SolidSummary& solid_;
   v1::MaterialMap& message_;
 };
 
@@ -179,12 +173,12 @@ Printing to_printing(const v1::Printing& message, const SolidSummary& solid) {
   }
   if (message.has_background_rgba()) printing.background_rgba = message.background_rgba();
   validate_materials(printing);
-  if (message.has_map()) printing.map = MapReader(printing, solid, "printing.map").read(message.map());
+  if (message.has_map()) printing.map = MapReader(printing, "printing.map").read(message.map());
   for (int i = 0; i < message.cell_region_maps_size(); ++i) {
     const v1::CellRegionMap& own = message.cell_region_maps(i);
     const std::string path = "printing.cell_region_maps[" + std::to_string(i) + "]";
     printing.cell_region_maps.push_back({to_cell_region(own.cell_region(), solid, path + ".cell_region"),
-                                         MapReader(printing, solid, path + ".map").read(own.map())});
+                                         MapReader(printing, path + ".map").read(own.map())});
   }
   printing.halftone = {to_method(message.halftone().method()), message.halftone().seed()};
   return printing;
@@ -198,7 +192,7 @@ v1::Printing to_message(const Printing& value, const SolidSummary& solid) {
     written.set_rgba(material.rgba);
   }
   const auto write = [&](const MaterialMap& map, v1::MaterialMap& written) {
-    std::visit(MapWriter(value, solid, written), map.kind);
+    std::visit(MapWriter(value, written), map.kind);
     written.set_strict(map.strict);
   };
   if (!std::holds_alternative<std::monostate>(value.map.kind)) write(value.map, *message.mutable_map());

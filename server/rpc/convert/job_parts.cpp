@@ -4,6 +4,7 @@
 #include "server/rpc/convert/job_parts.h"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <string_view>
 #include <unordered_set>
@@ -11,6 +12,7 @@
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/channel/channel_table.h"
 #include "core/job/validate_job.h"
 #include "core/limit/support.h"
 #include "core/output/encode.h"
@@ -92,18 +94,6 @@ std::string naming(const v1::SliceJob& job, int part) {
   return job.parts_size() == 1 ? "" : " (part '" + echoed(job.parts(part).name()) + "')";
 }
 
-/// In one of several parts a name that it lacks may be another's.
-std::string others_with(const v1::SliceJob& job, std::span<const std::shared_ptr<const LimitSolid>> solids,
-                        const std::string& channel) {
-  std::vector<std::string> names;
-  for (int p = 0; p < job.parts_size(); ++p) {
-    const auto& channels = solids[static_cast<std::size_t>(p)]->summary().channels;
-    if (std::ranges::find(channels, channel, &ChannelRange::name) == channels.end()) continue;
-    names.push_back("'" + echoed(job.parts(p).name()) + "'");
-  }
-  return names.empty() ? "" : "; the parts that have it: " + echoed_list(names, names.size());
-}
-
 /// The planes with what follows from all parts together: the channels that no name is given for, and how cell regions
 /// are stored.
 google::protobuf::RepeatedPtrField<v1::PlaneSpec> planes_of_all(const v1::SliceJob& message, const PlacedParts& parts) {
@@ -181,35 +171,16 @@ SliceJob job_of_part(const v1::SliceJob& message, int part, const LimitSolid& so
   return job;
 }
 
-/// The same, with errors that say whose they are. A channel that the part lacks may be another's.
-SliceJob named_job_of_part(const v1::SliceJob& message, int part,
-                           std::span<const std::shared_ptr<const LimitSolid>> solids,
-                           const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& planes) {
-  const LimitSolid& solid = *solids[static_cast<std::size_t>(part)];
-  try {
-    return renaming({}, naming(message, part), [&] { return job_of_part(message, part, solid, planes); });
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::kChannelUnknown || message.parts_size() == 1) throw;
-    for (int i = 0; i < planes.size(); ++i) {
-      if (!planes[i].has_channel() || !error.field().starts_with("planes[" + std::to_string(i) + "].")) continue;
-      const std::string others = others_with(message, solids, planes[i].channel().name());
-      throw Error(error.code(), error.what() + others, error.field(), error.ids());
-    }
-    throw;
-  }
-}
-
 /// Integer samples of several parts stand for the same values: what all of them have.
 void share_ranges(PlacedParts& parts) {
   for (std::size_t p = 0; p < parts.front().job.planes.size(); ++p) {
     const PlaneSpec& plane = parts.front().job.planes[p];
     if (plane.content != PlaneContent::kChannel || plane.range || plane.sample_type == SampleType::kFloat32) continue;
-    const auto channel_of = [p](const PlacedPart& part) -> const ChannelRange& {
-      return part.solid->summary().channels[part.job.planes[p].channel];
-    };
-    ValueRange all{channel_of(parts.front()).min, channel_of(parts.front()).max};
+    ValueRange all{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
     for (const PlacedPart& part : parts) {
-      all = {std::min<double>(all.min, channel_of(part).min), std::max<double>(all.max, channel_of(part).max)};
+      if (part.is_copy) continue;
+      const ChannelRange range = ChannelTable(part.solid->summary().channels, part.job.sources).at(plane.channel).range;
+      all = {std::min(all.min, range.min), std::max(all.max, range.max)};
     }
     if (!(all.min < all.max)) continue;  // The same constant in all: 0.
     for (PlacedPart& part : parts) part.job.planes[p].range = all;
@@ -290,17 +261,23 @@ PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::sh
   std::optional<VoxelRegion> region;
   if (message.has_region()) region = to_region(message.region(), grid);
   const auto planes = planes_of_all(message, parts);
-  std::size_t made = 0;
+  std::vector<SliceJob> jobs(static_cast<std::size_t>(message.parts_size()));
   std::uint64_t copied_bytes = 0;
-  for (int p = 0; p < message.parts_size(); ++p) {
-    SliceJob job = named_job_of_part(message, p, solids, planes);
-    job.placement = parts[made].job.placement;
-    job.grid = grid;
-    job.region = region;
+  check_parts(message, [&](int p) {
     cancel.throw_if_cancelled();
-    renaming({}, naming(message, p), [&] { validate_job(*parts[made].solid, job, limits); });
+    const LimitSolid& solid = *solids[static_cast<std::size_t>(p)];
+    renaming({}, naming(message, p), [&] {
+      SliceJob& job = jobs[static_cast<std::size_t>(p)] = job_of_part(message, p, solid, planes);
+      job.grid = grid;
+      job.region = region;
+      validate_job(solid, job, limits);
+    });
     copied_bytes += copied_bytes_of(message, p);
     require_copied_bytes(copied_bytes);
+  });
+  std::size_t made = 0;
+  for (int p = 0; p < message.parts_size(); ++p) {
+    const SliceJob& job = jobs[static_cast<std::size_t>(p)];
     for (int k = 0; k < placements_of(message.parts(p)); ++k) {
       SliceJob& placed = parts[made++].job;
       const Placement placement = placed.placement;
@@ -325,6 +302,25 @@ std::vector<std::string> mesh_ids_of(const v1::SliceJob& job, const std::string&
     require_mesh_id(ids.back(), path + "." + path_of_part(p) + ".mesh_id");
   }
   return ids;
+}
+
+void check_parts(const v1::SliceJob& job, const std::function<void(int part)>& check) {
+  std::optional<Error> first;
+  std::vector<std::string> lacking;
+  for (int p = 0; p < job.parts_size(); ++p) {
+    try {
+      check(p);
+    } catch (const Error& error) {
+      const bool is_unknown = error.code() == ErrorCode::kChannelUnknown;
+      if (!first && (!is_unknown || job.parts_size() == 1)) throw;
+      if (!first) first = error;
+      if (is_unknown && error.field() == first->field()) lacking.push_back("'" + echoed(job.parts(p).name()) + "'");
+    }
+  }
+  if (!first) return;
+  throw Error(first->code(),
+              std::string(first->what()) + "; parts that lack it: " + echoed_list(lacking, lacking.size()),
+              first->field());
 }
 
 std::vector<PartPlace> part_places(const v1::SliceJob& job) {

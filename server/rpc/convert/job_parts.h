@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -25,6 +26,9 @@ inline std::string path_of_part(int part) { return "parts[" + std::to_string(par
 /// The meshes of the parts of the job at `path` of a request, in the order of its parts. Throws Error{kPartsMissing,
 /// kTooManyParts, kPartNameInvalid}, ServiceError{kMeshIdInvalid}.
 std::vector<std::string> mesh_ids_of(const v1::SliceJob& job, const std::string& path);
+
+/// Does check(part) for each part of the message. Error{kChannelUnknown} of one part names all that lack the channel.
+void check_parts(const v1::SliceJob& job, const std::function<void(int part)>& check);
 
 /// Which part of the message, and which of its placements.
 struct PartPlace {

@@ -211,7 +211,7 @@ void warn_of_values_off_maps(const Printing& printing, const LimitSolid& solid, 
   };
   for (const ValuesOffMap& off : find_values_off_maps(printing, solid)) {
     if (off.share < kLeastShare) continue;
-    const ChannelRange& channel = solid.summary().channels[off.channel];
+    const ChannelRange& channel = off.channel;
     add_warning(plan, v1::PLAN_WARNING_KIND_VALUES_OFF_MAP,
                 "channel '" + echoed(channel.name) + "' runs from " + range_text(channel.min, channel.max) + ", and " +
                     owner_of(off.map, printing, solid) + " covers " + range_text(off.covered[0], off.covered[1]) +

@@ -23,7 +23,6 @@ using testing::ElementsAre;
 PlaneSpec channel_plane(SampleType type, std::optional<ValueRange> range = {}) {
   PlaneSpec spec;
   spec.content = PlaneContent::kChannel;
-  spec.channel = 1;
   spec.sample_type = type;
   spec.range = range;
   return spec;
@@ -77,7 +76,7 @@ TEST(ValueRangeOfAPlane, DefaultsToTheChannels) {
 }
 
 TEST(ContonePlane, HoldsBytes) {
-  ContonePlane plane(channel_plane(SampleType::kUint8), {"a", 0, 255});
+  ContonePlane plane(channel_plane(SampleType::kUint8), {"a", 0, 255}, 1);
   plane.clear(2, 2);
   plane.set(3, std::vector<double>{99, 7.5});
   plane.copy(3, 0);
@@ -88,7 +87,7 @@ TEST(ContonePlane, HoldsBytes) {
 }
 
 TEST(ContonePlane, HoldsLittleEndianWords) {
-  ContonePlane plane(channel_plane(SampleType::kUint16), {"a", 0, 65535});
+  ContonePlane plane(channel_plane(SampleType::kUint16), {"a", 0, 65535}, 1);
   plane.clear(3, 1);
   plane.set(1, std::vector<double>{99, 0x1234});
   plane.copy(1, 2);
@@ -96,7 +95,7 @@ TEST(ContonePlane, HoldsLittleEndianWords) {
 }
 
 TEST(ContonePlane, HoldsFloatsAsTheyAre) {
-  ContonePlane plane(channel_plane(SampleType::kFloat32), {"a", 0, 1});
+  ContonePlane plane(channel_plane(SampleType::kFloat32), {"a", 0, 1}, 1);
   plane.clear(2, 1);
   plane.set(1, std::vector<double>{99, -12.25});
   float values[2];
@@ -107,7 +106,7 @@ TEST(ContonePlane, HoldsFloatsAsTheyAre) {
 }
 
 TEST(ContonePlane, ForgetsTheLayerBefore) {
-  ContonePlane plane(channel_plane(SampleType::kUint8), {"a", 0, 255});
+  ContonePlane plane(channel_plane(SampleType::kUint8), {"a", 0, 255}, 1);
   plane.clear(2, 1);
   plane.set(0, std::vector<double>{0, 200});
   plane.clear(2, 1);
@@ -117,13 +116,13 @@ TEST(ContonePlane, ForgetsTheLayerBefore) {
 TEST(ContonePlane, HoldsTheSampleForOutsideWhereNothingIsSet) {
   PlaneSpec spec = channel_plane(SampleType::kUint8);
   spec.outside_sample = 255;
-  ContonePlane bytes(spec, {"a", 0, 255});
+  ContonePlane bytes(spec, {"a", 0, 255}, 1);
   spec.sample_type = SampleType::kUint16;
   spec.outside_sample = 0x1234;
-  ContonePlane words(spec, {"a", 0, 65535});
+  ContonePlane words(spec, {"a", 0, 65535}, 1);
   spec.sample_type = SampleType::kFloat32;
   spec.outside_sample = std::numeric_limits<double>::quiet_NaN();
-  ContonePlane floats(spec, {"a", 0, 1});
+  ContonePlane floats(spec, {"a", 0, 1}, 1);
   for (int layer = 0; layer < 2; ++layer) {
     for (ContonePlane* plane : {&bytes, &words, &floats}) {
       plane->clear(2, 1);
@@ -162,7 +161,7 @@ TEST_P(SetCubic, AgreesWithSettingEachVoxel) {
     const PlaneSpec spec =
         channel_plane(GetParam(), ranged && integer ? std::optional(ValueRange{0.2, 0.9}) : std::nullopt);
     for (std::uint32_t count = 1; count <= 200; ++count) {
-      ContonePlane row(spec, {"a", -1, 2}), each(spec, {"a", -1, 2});
+      ContonePlane row(spec, {"a", -1, 2}, 1), each(spec, {"a", -1, 2}, 1);
       row.clear(210, 1);
       each.clear(210, 1);
       row.set_cubic(5, 0, count, kFirst, kStep, c);
@@ -181,7 +180,7 @@ TEST_P(SetCubic, AgreesWithSettingEachVoxelInANarrowRange) {
   const std::array<double, 4> c = {0, 1, 0.5, -0.25};
   const bool integer = GetParam() != SampleType::kFloat32;
   const PlaneSpec spec = channel_plane(GetParam(), integer ? std::optional(ValueRange{1.25, 1.250002}) : std::nullopt);
-  ContonePlane row(spec, {"a", -1, 2}), each(spec, {"a", -1, 2});
+  ContonePlane row(spec, {"a", -1, 2}, 1), each(spec, {"a", -1, 2}, 1);
   row.clear(200, 1);
   each.clear(200, 1);
   constexpr double kFirst = 1, kStep = 8e-9;
@@ -194,7 +193,7 @@ TEST_P(SetCubic, AgreesWithSettingEachVoxelInANarrowRange) {
 }
 
 TEST_P(SetCubic, ClampsToTheChannelsRange) {
-  ContonePlane plane(channel_plane(GetParam()), {"a", -1, 2});
+  ContonePlane plane(channel_plane(GetParam()), {"a", -1, 2}, 1);
   plane.clear(3, 1);
   plane.set_cubic(0, 0, 3, -1, 1, {0.5, 100, 0, 0});
   const double largest = GetParam() == SampleType::kUint8 ? 255 : 65535;
@@ -205,7 +204,7 @@ TEST_P(SetCubic, ClampsToTheChannelsRange) {
 }
 
 TEST_P(SetCubic, OfAConstantChannelIsThatOfSet) {
-  ContonePlane row(channel_plane(GetParam()), {"a", 4, 4}), each(channel_plane(GetParam()), {"a", 4, 4});
+  ContonePlane row(channel_plane(GetParam()), {"a", 4, 4}, 1), each(channel_plane(GetParam()), {"a", 4, 4}, 1);
   row.clear(70, 1);
   each.clear(70, 1);
   row.set_cubic(0, 0, 70, -1, 0.03, {4 + 1e-12, 1e-13, 0, 0});
@@ -223,7 +222,7 @@ INSTANTIATE_TEST_SUITE_P(AllTypes, SetCubic,
 
 // Within a plane's range that the channel's doesn't reach, integer samples stop where the channel does.
 TEST(SetCubicOfAWideRange, StopsWhereTheChannelDoes) {
-  ContonePlane plane(channel_plane(SampleType::kUint8, ValueRange{0, 255}), {"a", 10, 20});
+  ContonePlane plane(channel_plane(SampleType::kUint8, ValueRange{0, 255}), {"a", 10, 20}, 1);
   plane.clear(2, 1);
   plane.set_cubic(0, 0, 2, -1, 2, {15, 50, 0, 0});
   EXPECT_THAT(plane.image().samples, ElementsAre(10, 20));
@@ -234,7 +233,7 @@ TEST(ContonePlane, ACubicIsTheSameFromAnywhereOn) {
     PlaneSpec spec;
     spec.content = PlaneContent::kChannel;
     spec.sample_type = type;
-    ContonePlane whole(spec, {"", 0, 1}), part(spec, {"", 0, 1});
+    ContonePlane whole(spec, {"", 0, 1}, 0), part(spec, {"", 0, 1}, 0);
     const std::array<double, 4> c = {0.4, 0.3, -0.2, 0.37};
     whole.clear(200, 1);
     whole.set_cubic(0, 0, 200, -1, 0.0101, c);

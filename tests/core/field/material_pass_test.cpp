@@ -50,9 +50,8 @@ class MaterialPassTest : public testing::Test {
     for (std::uint32_t channel = 0; channel < 3; ++channel) {
       PlaneSpec spec;
       spec.content = PlaneContent::kChannel;
-      spec.channel = channel;
       spec.sample_type = SampleType::kFloat32;
-      planes_.emplace_back(spec, ChannelRange{"", 0, 1});
+      planes_.emplace_back(spec, ChannelRange{"", 0, 1}, channel);
     }
   }
 

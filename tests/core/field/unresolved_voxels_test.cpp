@@ -45,7 +45,7 @@ using Voxel = std::pair<std::uint32_t, std::uint32_t>;  // Row, column.
 
 class UnresolvedVoxelsTest : public testing::Test {
  protected:
-  UnresolvedVoxelsTest() : plane_(spec(), {"", -1e9, 1e9}) { plane_.clear(lattice_.width, lattice_.height); }
+  UnresolvedVoxelsTest() : plane_(spec(), {"", -1e9, 1e9}, 0) { plane_.clear(lattice_.width, lattice_.height); }
 
   static PlaneSpec spec() {
     PlaneSpec spec;

@@ -157,7 +157,7 @@ TEST_F(PaintGuardTest, BlocksOfRowsWithAMissAreInverted) {
     PlaneSpec plane_spec;
     plane_spec.content = PlaneContent::kChannel;
     plane_spec.sample_type = SampleType::kFloat32;
-    ContonePlane plane(plane_spec, solid_->summary().channels[0]);
+    ContonePlane plane(plane_spec, solid_->summary().channels[0], 0);
     plane.clear(lattice.width, lattice.height);
     LayerStats stats;
     const CancellationToken never;

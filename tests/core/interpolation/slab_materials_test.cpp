@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "core/interpolation/slab_materials.h"
+#include "core/channel/channel_table.h"
 
 #include <gtest/gtest.h>
 
@@ -57,7 +58,7 @@ Comparison compare(const Solid& solid, SliceJob job, std::span<const std::uint32
     EXPECT_EQ(a.stats.voxels_interpolated + a.stats.voxels_coherent + a.stats.voxels_full + a.stats.voxels_unresolved,
               a.stats.voxels_inside);
     for (std::size_t p = 1; p < job.planes.size(); ++p) {
-      const ChannelRange& range = solid->summary().channels[job.planes[p].channel];
+      const ChannelRange range = ChannelTable(solid->summary().channels).at(job.planes[p].channel).range;
       result.worst = std::max(result.worst, largest_difference(a.planes[p], b.planes[p]) / (range.max - range.min));
     }
   }
@@ -161,8 +162,8 @@ TEST(SlabMaterials, KeepTheToleranceInVoxelsOfUnequalSides) {
   }
   const Solid solid = prepare_solid(mesh);
   SliceJob job = job_of(solid, {0.1073067024728656, 0.013619929671635878, 0.02826310380267215});
-  job.planes.push_back(channel(1, SampleType::kFloat32));
-  job.planes.push_back(channel(2, SampleType::kFloat32));
+  job.planes.push_back(channel(solid, 1, SampleType::kFloat32));
+  job.planes.push_back(channel(solid, 2, SampleType::kFloat32));
   const Comparison found = compare(solid, job, std::vector<std::uint32_t>{3, 4, 7, 10, 14, 18});
   EXPECT_LE(found.worst, kSlabTolerance);
   EXPECT_GT(static_cast<double>(found.interpolated), 0.8 * static_cast<double>(found.voxels));

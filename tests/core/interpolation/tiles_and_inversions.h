@@ -94,9 +94,14 @@ inline double smooth(const Vec3& p) {
 
 class TilesTest : public testing::Test {
  protected:
-  TilesTest() : plane_(float_plane(), {"", -100, 100}) {}
+  TilesTest() : plane_(float_plane(), {"", -100, 100}, 0) {}
 
-  static PlaneSpec float_plane() { return channel(0, SampleType::kFloat32); }
+  static PlaneSpec float_plane() {
+    PlaneSpec plane;
+    plane.content = PlaneContent::kChannel;
+    plane.sample_type = SampleType::kFloat32;
+    return plane;
+  }
 
   static ControlMesh box(double jitter_mm = 0.08) {
     ControlMesh mesh = oracle::box_mesh(12, 10, 6, kCellMm);

@@ -19,8 +19,8 @@
 #include "core/models/models.h"
 #include "core/output/encode.h"
 #include "core/prepare/prepare_solid.h"
-#include "core/slicer/slice_range.h"
 #include "tests/core/slicer/test_jobs.h"
+#include "tests/support/slice_range.h"
 
 namespace ccslice {
 namespace {
@@ -207,7 +207,7 @@ class RegionOfABox : public testing::TestWithParam<Engine> {
     job_ = job_of(solid_, {0.11, 0.045, 0.21}, placement);
     Printing printing;
     printing.materials = {{"soft", 0xff0000ff}, {"middle", 0x00ff00ff}, {"hard", 0x0000ffff}};
-    printing.map.kind = BlendMap{0, {{0, 1}, {0.5, 2}, {1, 3}}};
+    printing.map.kind = BlendMap{"gradient", {{0, 1}, {0.5, 2}, {1, 3}}};
     printing.halftone = {GetParam().method, 5};
     job_.printing = printing;
     job_.channel_tolerance = GetParam().channel_tolerance;
@@ -220,13 +220,13 @@ class RegionOfABox : public testing::TestWithParam<Engine> {
     mask.material = 2;
     PlaneSpec all;
     all.content = PlaneContent::kChannels;
-    all.channels = {0};
+    all.channels = {"gradient"};
     all.sample_type = SampleType::kFloat32;
     all.encoding = Encoding::kRaw;
     job_.planes = {occupancy(),
-                   channel(0, SampleType::kUint8),
-                   channel(0, SampleType::kUint16),
-                   channel(0, SampleType::kFloat32),
+                   channel(solid_, 0, SampleType::kUint8),
+                   channel(solid_, 0, SampleType::kUint16),
+                   channel(solid_, 0, SampleType::kFloat32),
                    all,
                    materials,
                    mask};

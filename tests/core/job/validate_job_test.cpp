@@ -23,10 +23,10 @@ SolidSummary two_channels() {
   return summary;
 }
 
-PlaneSpec channel_plane(std::uint32_t index, SampleType type = SampleType::kUint8) {
+PlaneSpec channel_plane(const std::string& name, SampleType type = SampleType::kUint8) {
   PlaneSpec plane;
   plane.content = PlaneContent::kChannel;
-  plane.channel = index;
+  plane.channel = name;
   plane.sample_type = type;
   return plane;
 }
@@ -35,7 +35,7 @@ SliceJob good_job() {
   SliceJob job;
   job.grid.pitch = {0.1, 0.1, 0.1};
   job.grid.extent = {100, 100, 10};
-  job.planes = {PlaneSpec{}, channel_plane(0), channel_plane(1, SampleType::kFloat32)};
+  job.planes = {PlaneSpec{}, channel_plane("stiffness"), channel_plane("colour", SampleType::kFloat32)};
   return job;
 }
 
@@ -64,7 +64,7 @@ TEST_P(ValidateJob, NamesTheFieldAndTheRemedy) {
   }
 }
 
-void set_channels(PlaneSpec& plane, std::vector<std::uint32_t> channels) {
+void set_channels(PlaneSpec& plane, std::vector<std::string> channels) {
   plane.content = PlaneContent::kChannels;
   plane.channels = std::move(channels);
 }
@@ -84,8 +84,9 @@ INSTANTIATE_TEST_SUITE_P(
                 "nothing is asked for; add an occupancy or a channel plane, or set contours"},
         Spoiled{"TooManyPlanes", [](SliceJob& job) { job.planes.resize(65); }, ErrorCode::kTooManyPlanes, "planes",
                 "65 are more than the limit of 64"},
-        Spoiled{"UnknownChannel", [](SliceJob& job) { job.planes[2].channel = 2; }, ErrorCode::kChannelUnknown,
-                "planes[2].channel", R"(2 doesn't exist; the solid has 2: 0 "stiffness", 1 "colour")"},
+        Spoiled{"UnknownChannel", [](SliceJob& job) { job.planes[2].channel = "stifness"; }, ErrorCode::kChannelUnknown,
+                "planes[2].channel.name",
+                R"(the mesh has no channel "stifness"; it has "stiffness", "colour"; did you mean "stiffness"?)"},
         Spoiled{"UnknownContent", [](SliceJob& job) { job.planes[1].content = static_cast<PlaneContent>(9); },
                 ErrorCode::kEnumValueUnknown, "planes[1].content", "unknown"},
         Spoiled{"ChannelAsBits", [](SliceJob& job) { job.planes[1].sample_type = SampleType::kBit; },
@@ -102,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(
         Spoiled{"MaterialsInTooFewBits",
                 [](SliceJob& job) {
                   job.printing = Printing{.materials = {{"a", 1}, {"b", 2}}, .map = {}, .halftone = {}};
-                  job.printing->map.kind = BlendMap{0, {{0, 1}, {1, 2}}};
+                  job.printing->map.kind = BlendMap{"stiffness", {{0, 1}, {1, 2}}};
                   job.planes[0].content = PlaneContent::kMaterials;
                 },
                 ErrorCode::kEncodingUnsupported, "planes[0].sample_type", "too few bits"},
@@ -127,22 +128,22 @@ INSTANTIATE_TEST_SUITE_P(
                 ErrorCode::kContentInvalid, "planes[2].channels", "none"},
         Spoiled{"UnknownChannelOfSeveral",
                 [](SliceJob& job) {
-                  set_channels(job.planes[2], {0, 2});
+                  set_channels(job.planes[2], {"stiffness", "weight"});
                 },
-                ErrorCode::kChannelUnknown, "planes[2].channels", "2 doesn't exist"},
+                ErrorCode::kChannelUnknown, "planes[2].channels.names[1]", "no channel \"weight\""},
         Spoiled{"ChannelNamedTwice",
                 [](SliceJob& job) {
-                  set_channels(job.planes[2], {1, 0, 1});
+                  set_channels(job.planes[2], {"colour", "stiffness", "colour"});
                 },
-                ErrorCode::kChannelRepeated, "planes[2].channels", "1 is named twice"},
+                ErrorCode::kChannelRepeated, "planes[2].channels.names[2]", "\"colour\" is named twice"},
         Spoiled{"ChannelsAsBytes",
                 [](SliceJob& job) {
-                  set_channels(job.planes[1], {1, 0});
+                  set_channels(job.planes[1], {"colour", "stiffness"});
                 },
                 ErrorCode::kEncodingUnsupported, "planes[1].sample_type", "ask for FLOAT32"},
         Spoiled{"ChannelsAsTiff",
                 [](SliceJob& job) {
-                  set_channels(job.planes[2], {1, 0});
+                  set_channels(job.planes[2], {"colour", "stiffness"});
                   job.planes[2].encoding = Encoding::kTiff;
                 },
                 ErrorCode::kEncodingUnsupported, "planes[2].encoding", "ask for EXR"},
@@ -216,13 +217,13 @@ INSTANTIATE_TEST_SUITE_P(
                   job.grid.extent = {16384, 16384, 1};
                   job.planes.resize(1);
                   job.printing = Printing{.materials = {{"a", 1}, {"b", 2}}, .map = {}, .halftone = {}};
-                  job.printing->map.kind = DirectMap{{{0, 1}, {1, 2}}, 0};
+                  job.printing->map.kind = DirectMap{{{"stiffness", 1}, {"colour", 2}}, 0};
                 },
                 ErrorCode::kLayerBytesTooLarge, "planes", "bytes of samples a layer"},
         Spoiled{"LayerTooLarge",
                 [](SliceJob& job) {
                   job.grid.extent = {16384, 16384, 1};
-                  job.planes.assign(3, channel_plane(0, SampleType::kFloat32));
+                  job.planes.assign(3, channel_plane("stiffness", SampleType::kFloat32));
                 },
                 ErrorCode::kLayerBytesTooLarge, "planes", "3221225472 bytes of samples a layer"}),
     [](const testing::TestParamInfo<Spoiled>& info) { return std::string(info.param.name); });
@@ -248,7 +249,7 @@ TEST(ValidateJobOfGoodJobs, SaysThatASolidHasNoChannels) {
     validate_job(SolidSummary{}, good_job());
     FAIL() << "passed";
   } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "planes[1].channel: 0 doesn't exist; the solid has none");
+    EXPECT_STREQ(error.what(), "planes[1].channel.name: the mesh has no channel \"stiffness\"; it has none");
   }
 }
 

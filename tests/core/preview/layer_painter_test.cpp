@@ -26,7 +26,7 @@ class LayerPainterTest : public testing::Test {
     job_ = job_of(solid_, {0.4, 0.3, 0.35});
     auto printing = std::make_shared<Printing>();
     printing->materials = {{"soft", 0xff0000ff}, {"hard", 0x0000ffff}};
-    printing->map.kind = BlendMap{0, {{0, 1}, {1, 2}}};
+    printing->map.kind = BlendMap{"gradient", {{0, 1}, {1, 2}}};
     printing->halftone = {HalftoneMethod::kErrorDiffusion, 5};
     printing_ = printing;
     job_.printing = *printing_;
@@ -84,13 +84,14 @@ TEST_F(LayerPainterTest, HalftonesAreTheLayersToTheBit) {
 TEST_F(LayerPainterTest, ChannelsAreTheLayersValues) {
   PreviewColours show;
   show.content = PreviewContent::kChannel;
+  show.channel = "gradient";
   show.colours = ColourMapName::kGrey;
   show.range = ValueRange{0, 1};
   job_.region =
       VoxelRegion{3, 2, 0, {job_.grid.extent.columns - 5, job_.grid.extent.rows - 4, job_.grid.extent.layers}};
   const std::uint32_t layer = 7;
   const PreviewPicture picture = paint(show, layer);
-  const std::vector<std::uint8_t> values = sliced(channel(0, SampleType::kFloat32), layer);
+  const std::vector<std::uint8_t> values = sliced(channel(solid_, 0, SampleType::kFloat32), layer);
   const std::vector<std::uint8_t> bits = sliced(occupancy(), layer);
   const std::size_t row_bytes = (picture.columns + 7) / 8;
   for (std::uint32_t row = 0; row < picture.rows; ++row) {

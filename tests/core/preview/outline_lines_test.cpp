@@ -179,6 +179,7 @@ TEST_F(PicturesWithLines, OfPlanesDifferAlongTheOutlinesOnly) {
   job.plane.columns = job.plane.rows = 50;
   job.contours = true;
   job.show.content = PreviewContent::kChannel;
+  job.show.channel = "gradient";
   PlanePainter painter(solid_);
   const PreviewPicture plain = painter.paint(job, PreviewStage::kFull, {});
   job.show.lines = PreviewLines{3, {0, 0, 0}};

@@ -42,7 +42,7 @@ struct PaintedPlane {
       PlaneSpec& spec_of_channel = layer.planes.emplace_back();
       spec_of_channel.content = PlaneContent::kChannel;
       spec_of_channel.sample_type = SampleType::kFloat32;
-      spec_of_channel.channel = c;
+      spec_of_channel.channel = solid->summary().channels[c].name;
     }
     SlicePlane cut;
     cut.origin = Vec3(0, 0, layer.grid.layer_z_mm(0));

@@ -41,6 +41,7 @@ PreviewJob oblique_job(const LimitSolid& solid, const Vec3& normal, std::uint32_
   job.show.content = PreviewContent::kChannel;
   job.show.colours = ColourMapName::kGrey;
   const ChannelRange& channel = solid.summary().channels.front();
+  job.show.channel = channel.name;
   job.show.range = ValueRange{channel.min, channel.max};
   return job;
 }
@@ -221,7 +222,7 @@ TEST_F(PlanePainterTest, OutlinesEncloseWhatIsPainted) {
 Printing blended(HalftoneMethod method) {
   Printing printing;
   printing.materials = {{"soft", 0xff0000ff}, {"hard", 0x0000ffff}};
-  printing.map.kind = BlendMap{0, {{0, 1}, {1, 2}}};
+  printing.map.kind = BlendMap{"gradient", {{0, 1}, {1, 2}}};
   printing.halftone = {method, 3};
   return printing;
 }
@@ -353,9 +354,9 @@ TEST_F(PlanePainterTest, RefusesWhatPlanesCantShow) {
     return std::string();
   };
   EXPECT_EQ(refusal(), "");
-  job_.show.channel = 9;
-  EXPECT_THAT(refusal(), HasSubstr("CHANNEL_UNKNOWN content.channel: there is no channel 9"));
-  job_.show.channel = 0;
+  job_.show.channel = "depth";
+  EXPECT_THAT(refusal(), HasSubstr("CHANNEL_UNKNOWN content.channel.channel: the mesh has no channel \"depth\""));
+  job_.show.channel = "gradient";
   job_.show.range = ValueRange{1, 1};
   EXPECT_THAT(refusal(), HasSubstr("VALUE_RANGE_INVALID content.channel.range: from 1 to 1"));
   job_.show.content = PreviewContent::kHalftone;

@@ -61,9 +61,9 @@ TEST(ColourTable, MixesMixesBetweenItsNodes) {
 TEST(ColourTable, IsMadeWhereAMapTakesColoursAndCanBeCancelled) {
   Printing printing;
   printing.materials = kPalette;
-  printing.map = {BlendMap{0, {{0, 1}, {1, 2}}}};
+  printing.map = {BlendMap{"x", {{0, 1}, {1, 2}}}};
   EXPECT_EQ(colour_table_of(printing), nullptr);
-  printing.cell_region_maps.push_back({7, {ColourMap{0, 1, 2, 1}}});
+  printing.cell_region_maps.push_back({7, {ColourMap{"r", "g", "b", 1}}});
   EXPECT_NE(colour_table_of(printing), nullptr);
   const CancellationToken cancel = CancellationToken::make();
   cancel.cancel();

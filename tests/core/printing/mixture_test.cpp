@@ -49,7 +49,7 @@ bool fits(const Mixture& mixture, const std::vector<float>& values) {
 auto near(float value) { return FloatNear(value, 1e-5f); }
 
 TEST(Mixture, OfABlendIsLinearBetweenStopsAndHeldAtItsEnds) {
-  const Mixture mixture = mixture_of(printing_with(3, {BlendMap{0, {{10, 1}, {20, 3}, {40, 2}}}}));
+  const Mixture mixture = mixture_of(printing_with(3, {BlendMap{"0", {{10, 1}, {20, 3}, {40, 2}}}}));
   EXPECT_THAT(mix(mixture, {10}), ElementsAre(1, 0, 0));
   EXPECT_THAT(mix(mixture, {12.5f}), ElementsAre(near(0.75f), 0, near(0.25f)));
   EXPECT_THAT(mix(mixture, {20}), ElementsAre(0, 0, 1));
@@ -60,7 +60,7 @@ TEST(Mixture, OfABlendIsLinearBetweenStopsAndHeldAtItsEnds) {
 
 TEST(Mixture, OfACurveFollowsTheTableHoweverLongItIs) {
   for (const std::size_t points : {2, 5, 9, 10, 200}) {
-    CalibrationMap curve{0, 2, 1, {}};
+    CalibrationMap curve{"0", 2, 1, {}};
     for (std::size_t i = 0; i < points; ++i) {
       const double x = static_cast<double>(i) / static_cast<double>(points - 1);
       curve.points.push_back({1000 * x, x * x});
@@ -79,9 +79,9 @@ TEST(Mixture, OfACurveFollowsTheTableHoweverLongItIs) {
 
 TEST(Mixture, OfSharesIsScaledToMakeOne) {
   DirectMap direct;
-  direct.shares = {{4, 2}, {7, 1}};
+  direct.shares = {{"4", 2}, {"7", 1}};
   const Mixture mixture = mixture_of(printing_with(3, {direct}));
-  EXPECT_THAT(mixture.channels(), ElementsAre(4, 7));
+  EXPECT_THAT(mixture.channels(), ElementsAre("4", "7"));
   EXPECT_THAT(mix(mixture, {0.25f, 0.75f}), ElementsAre(0.75f, 0.25f, 0));
   EXPECT_THAT(mix(mixture, {0.2f, 0.2f}), ElementsAre(0.5f, 0.5f, 0));
   EXPECT_THAT(mix(mixture, {3, 1}), ElementsAre(0.25f, 0.75f, 0));
@@ -93,7 +93,7 @@ TEST(Mixture, OfSharesIsScaledToMakeOne) {
 
 TEST(Mixture, LeavesTheRestToAMaterialOfItsOwn) {
   DirectMap direct;
-  direct.shares = {{0, 1}, {1, 2}};
+  direct.shares = {{"0", 1}, {"1", 2}};
   direct.rest_material = 3;
   const Mixture mixture = mixture_of(printing_with(3, {direct}));
   EXPECT_THAT(mix(mixture, {0.2f, 0.3f}), ElementsAre(near(0.2f), near(0.3f), near(0.5f)));
@@ -114,13 +114,13 @@ TEST(Mixture, OfAMaterialIsAllOfIt) {
 }
 
 TEST(Mixture, TellsWhatAStrictMapRefuses) {
-  const Mixture blend = mixture_of(printing_with(2, {BlendMap{0, {{10, 1}, {20, 2}}}}));
+  const Mixture blend = mixture_of(printing_with(2, {BlendMap{"0", {{10, 1}, {20, 2}}}}));
   EXPECT_TRUE(fits(blend, {10}));
   EXPECT_TRUE(fits(blend, {20.05f}));
   EXPECT_FALSE(fits(blend, {9.9f}));
   EXPECT_FALSE(fits(blend, {std::numeric_limits<float>::quiet_NaN()}));
   DirectMap direct;
-  direct.shares = {{0, 1}, {1, 2}};
+  direct.shares = {{"0", 1}, {"1", 2}};
   EXPECT_TRUE(fits(mixture_of(printing_with(2, {direct})), {0.4f, 0.6f}));
   EXPECT_FALSE(fits(mixture_of(printing_with(2, {direct})), {0.4f, 0.5f}));
   EXPECT_FALSE(fits(mixture_of(printing_with(2, {direct})), {-0.1f, 1}));
@@ -130,7 +130,7 @@ TEST(Mixture, TellsWhatAStrictMapRefuses) {
 }
 
 Printing coloured(const std::vector<std::uint32_t>& colours) {
-  Printing printing = printing_with(colours.size(), {ColourMap{0, 1, 2, 1}});
+  Printing printing = printing_with(colours.size(), {ColourMap{"0", "1", "2", 1}});
   for (std::size_t m = 0; m < colours.size(); ++m) printing.materials[m].rgba = colours[m];
   return printing;
 }
@@ -150,34 +150,35 @@ MapMisfits misfits_of(const MaterialMap& map, const std::vector<std::vector<floa
 }
 
 TEST(Mixture, CountsValuesOffTheMap) {
-  const MapMisfits blend = misfits_of({BlendMap{0, {{10, 1}, {20, 2}}}}, {{9.9f}, {9.95f}, {20.05f}, {20.1f}, {15}});
+  const MapMisfits blend = misfits_of({BlendMap{"0", {{10, 1}, {20, 2}}}}, {{9.9f}, {9.95f}, {20.05f}, {20.1f}, {15}});
   EXPECT_EQ(blend.off_map, 2u) << "beyond 1/128 of the map";
   EXPECT_EQ(blend.scaled_up, 0u);
-  EXPECT_EQ(misfits_of({CalibrationMap{0, 1, 2, {{0, 0}, {1, 1}}}}, {{std::nanf("")}, {2}, {0.5f}}).off_map, 2u);
+  EXPECT_EQ(misfits_of({CalibrationMap{"0", 1, 2, {{0, 0}, {1, 1}}}}, {{std::nanf("")}, {2}, {0.5f}}).off_map, 2u);
   const MapMisfits direct =
-      misfits_of({DirectMap{{{0, 1}, {1, 2}}, 3}}, {{-0.1f, 0.5f}, {1.1f, 0}, {0.7f, 0.7f}, {0.2f, 0.2f}});
+      misfits_of({DirectMap{{{"0", 1}, {"1", 2}}, 3}}, {{-0.1f, 0.5f}, {1.1f, 0}, {0.7f, 0.7f}, {0.2f, 0.2f}});
   EXPECT_EQ(direct.off_map, 3u);
   EXPECT_EQ(direct.scaled_up, 0u) << "a material takes the rest";
-  EXPECT_EQ(misfits_of({ColourMap{0, 1, 2, 255}}, {{0, 100, 257.5f}, {-3, -3, -3}, {0, 255, 254}}).off_map, 2u);
+  EXPECT_EQ(misfits_of({ColourMap{"0", "1", "2", 255}}, {{0, 100, 257.5f}, {-3, -3, -3}, {0, 255, 254}}).off_map, 2u);
   EXPECT_EQ(misfits_of({PureMap{2}}, {{}}).off_map, 0u);
 }
 
 TEST(Mixture, CountsFractionsThatAreScaledUp) {
-  const MapMisfits misfits = misfits_of({DirectMap{{{0, 1}, {1, 2}}}},
+  const MapMisfits misfits = misfits_of({DirectMap{{{"0", 1}, {"1", 2}}}},
                                         {{0.1f, 0.25f}, {0.5f, 0.499f}, {0.9f, 0}, {-0.5f, 0.75f}, {0.4f, 0.6f}});
   EXPECT_EQ(misfits.scaled_up, 3u);
   EXPECT_FLOAT_EQ(static_cast<float>(misfits.least_sum), 0.35f);
   EXPECT_EQ(misfits.off_map, 1u) << "the negative one";
-  EXPECT_EQ(misfits_of({DirectMap{{{0, 1}}}}, {{0}, {1}}).least_sum, 0);
-  EXPECT_EQ(misfits_of({DirectMap{{{0, 1}}}}, {{1}}).least_sum, 1);
+  EXPECT_EQ(misfits_of({DirectMap{{{"0", 1}}}}, {{0}, {1}}).least_sum, 0);
+  EXPECT_EQ(misfits_of({DirectMap{{{"0", 1}}}}, {{1}}).least_sum, 1);
 }
 
 // What a strict map refuses is what is counted, colours that no mix gives aside.
 TEST(Mixture, CountsWhatAStrictMapRefuses) {
   std::mt19937 random(20261128);
   std::uniform_real_distribution<float> value(-0.1f, 1.1f);
-  for (const MaterialMap& map : {MaterialMap{BlendMap{0, {{0, 1}, {1, 2}}}}, MaterialMap{DirectMap{{{0, 1}, {1, 2}}}},
-                                 MaterialMap{DirectMap{{{0, 1}, {1, 2}}, 3}}}) {
+  for (const MaterialMap& map :
+       {MaterialMap{BlendMap{"0", {{0, 1}, {1, 2}}}}, MaterialMap{DirectMap{{{"0", 1}, {"1", 2}}}},
+        MaterialMap{DirectMap{{{"0", 1}, {"1", 2}}, 3}}}) {
     const Mixture mixture = mixture_of(printing_with(3, map));
     for (int i = 0; i < 1000; ++i) {
       const std::vector<float> values = {value(random), value(random)};
@@ -234,10 +235,10 @@ TEST(ColourGamut, TakesTheNearestOfManyColours) {
 
 TEST(Mixture, FindsItsChannelsAmongOthers) {
   DirectMap direct;
-  direct.shares = {{7, 1}, {2, 2}};
+  direct.shares = {{"7", 1}, {"2", 2}};
   const Mixture mixture = mixture_of(printing_with(3, {direct}));
-  EXPECT_EQ(places_among(std::vector<std::uint32_t>{2, 5, 7}, mixture), (std::vector<std::size_t>{2, 0}));
-  EXPECT_TRUE(places_among(std::vector<std::uint32_t>{2, 5}, mixture_of(printing_with(3, {PureMap{2}}))).empty());
+  EXPECT_EQ(places_among(std::vector<std::string>{"2", "5", "7"}, mixture), (std::vector<std::size_t>{2, 0}));
+  EXPECT_TRUE(places_among(std::vector<std::string>{"2", "5"}, mixture_of(printing_with(3, {PureMap{2}}))).empty());
 }
 
 }  // namespace

@@ -28,24 +28,24 @@ SolidSummary four_channels() {
 Printing good_printing() {
   Printing printing;
   printing.materials = {{"soft", 0xff0000ff}, {"hard", 0x00ff00ff}, {"clear", 0x0000ffff}};
-  printing.map.kind = BlendMap{0, {{0, 1}, {50, 3}, {100, 2}}};
+  printing.map.kind = BlendMap{"stiffness", {{0, 1}, {50, 3}, {100, 2}}};
   return printing;
 }
 
 BlendMap& blend(Printing& printing) { return std::get<BlendMap>(printing.map.kind); }
 
 CalibrationMap& curve(Printing& printing) {
-  printing.map.kind = CalibrationMap{0, 1, 2, {{0, 0}, {10, 0.2}, {50, 1}}};
+  printing.map.kind = CalibrationMap{"stiffness", 1, 2, {{0, 0}, {10, 0.2}, {50, 1}}};
   return std::get<CalibrationMap>(printing.map.kind);
 }
 
 DirectMap& direct(Printing& printing) {
-  printing.map.kind = DirectMap{{{1, 1}, {2, 2}}, 3};
+  printing.map.kind = DirectMap{{{"r", 1}, {"g", 2}}, 3};
   return std::get<DirectMap>(printing.map.kind);
 }
 
 ColourMap& colour(Printing& printing) {
-  printing.map.kind = ColourMap{1, 2, 3, 1};
+  printing.map.kind = ColourMap{"r", "g", "b", 1};
   return std::get<ColourMap>(printing.map.kind);
 }
 
@@ -96,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(
                             ErrorCode::kMaterialColourRepeated, "printing.materials[2].rgba"},
                     Spoiled{"NoMap", [](Printing& p) { p.map.kind = std::monostate(); }, ErrorCode::kMaterialMapMissing,
                             "printing.map"},
-                    Spoiled{"UnknownChannel", [](Printing& p) { blend(p).channel = 4; }, ErrorCode::kChannelUnknown,
+                    Spoiled{"UnknownChannel", [](Printing& p) { blend(p).channel = "s"; }, ErrorCode::kChannelUnknown,
                             "printing.map.blend.channel"},
                     Spoiled{"UnknownMaterial", [](Printing& p) { blend(p).stops[1].material = 4; },
                             ErrorCode::kMaterialUnknown, "printing.map.blend.stops[1].material"},
@@ -145,7 +145,7 @@ INSTANTIATE_TEST_SUITE_P(
                             ErrorCode::kMaterialMapMissing, "printing.cell_region_maps[0].map"},
                     Spoiled{"BadMapOfARegion",
                             [](Printing& p) {
-                              p.cell_region_maps = {{0, {PureMap{1}}}, {1, {BlendMap{0, {{0, 1}, {1, 9}}}}}};
+                              p.cell_region_maps = {{0, {PureMap{1}}}, {1, {BlendMap{"stiffness", {{0, 1}, {1, 9}}}}}};
                             },
                             ErrorCode::kMaterialUnknown, "printing.cell_region_maps[1].map.blend.stops[1].material"},
                     Spoiled{"NoMapForTheOtherRegion",
@@ -182,7 +182,7 @@ TEST(ValidatePrinting, TakesEveryKindOfMap) {
   printing.map.kind = PureMap{2};
   EXPECT_NO_THROW(validate_printing(printing, four_channels()));
   printing.map = {};
-  printing.cell_region_maps = {{1, {PureMap{2}}}, {0, {BlendMap{1, {{0, 1}, {1, 2}}}}}};
+  printing.cell_region_maps = {{1, {PureMap{2}}}, {0, {BlendMap{"r", {{0, 1}, {1, 2}}}}}};
   EXPECT_NO_THROW(validate_printing(printing, four_channels()));
   printing.cell_region_maps.clear();
   printing.materials.resize(1);
@@ -201,21 +201,22 @@ TEST(SteepestSpan, IsThatOfTheSteepestSegment) {
 
 TEST(SteepestSpan, OfAChannelIsTheLeastOfItsMaps) {
   Printing printing = good_printing();
-  printing.cell_region_maps = {{0, {PureMap{1}}}, {1, {BlendMap{0, {{0, 1}, {7, 2}}}}}, {2, {DirectMap{{{2, 1}}, 2}}}};
-  EXPECT_EQ(steepest_span(printing, 0), 7);
-  EXPECT_EQ(steepest_span(printing, 2), 1);
-  EXPECT_EQ(steepest_span(printing, 1), std::numeric_limits<double>::infinity());
+  printing.cell_region_maps = {
+      {0, {PureMap{1}}}, {1, {BlendMap{"stiffness", {{0, 1}, {7, 2}}}}}, {2, {DirectMap{{{"g", 1}}, 2}}}};
+  EXPECT_EQ(steepest_span(printing, "stiffness"), 7);
+  EXPECT_EQ(steepest_span(printing, "g"), 1);
+  EXPECT_EQ(steepest_span(printing, "r"), std::numeric_limits<double>::infinity());
 }
 
 TEST(ChannelsOf, NamesThoseOfAllMaps) {
   Printing printing = good_printing();
-  printing.cell_region_maps = {{0, {PureMap{1}}}, {1, {DirectMap{{{2, 1}, {0, 2}}, 0}}}};
-  EXPECT_THAT(channels_of(printing), testing::ElementsAre(0, 2));
+  printing.cell_region_maps = {{0, {PureMap{1}}}, {1, {DirectMap{{{"g", 1}, {"stiffness", 2}}, 0}}}};
+  EXPECT_THAT(channels_of(printing), testing::ElementsAre("stiffness", "g"));
 }
 
 TEST(ChannelsOf, NamesEachOnce) {
-  EXPECT_THAT(channels_of({DirectMap{{{2, 1}, {0, 2}, {2, 3}}, 0}}), testing::ElementsAre(2, 0));
-  EXPECT_THAT(channels_of({ColourMap{1, 1, 1, 1}}), testing::ElementsAre(1));
+  EXPECT_THAT(channels_of({DirectMap{{{"g", 1}, {"b", 2}, {"g", 3}}, 0}}), testing::ElementsAre("g", "b"));
+  EXPECT_THAT(channels_of({ColourMap{"r", "r", "r", 1}}), testing::ElementsAre("r"));
 }
 
 }  // namespace

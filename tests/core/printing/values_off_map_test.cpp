@@ -38,12 +38,12 @@ Printing printing_with(MaterialMap map) {
 TEST(ValuesOffMap, AreMeasuredInVolume) {
   const auto solid = prepare_solid(block());
   const double high = solid->summary().channels[0].max;
-  const auto found = find_values_off_maps(printing_with({BlendMap{0, {{0, 1}, {high / 4, 2}}}}), *solid);
+  const auto found = find_values_off_maps(printing_with({BlendMap{"z", {{0, 1}, {high / 4, 2}}}}), *solid);
   ASSERT_EQ(found.size(), 1u);
-  EXPECT_EQ(found[0].channel, 0u);
+  EXPECT_EQ(found[0].channel.name, "z");
   EXPECT_THAT(found[0].covered, ElementsAre(0, high / 4));
   EXPECT_NEAR(found[0].share, 0.75, 0.03);
-  const auto all = find_values_off_maps(printing_with({ColourMap{0, 0, 0, high / 1000}}), *solid);
+  const auto all = find_values_off_maps(printing_with({ColourMap{"z", "z", "z", high / 1000}}), *solid);
   ASSERT_EQ(all.size(), 1u) << "a channel once";
   EXPECT_NEAR(all[0].share, 1, 0.01);
 }
@@ -52,8 +52,9 @@ TEST(ValuesOffMap, AreNotFoundWhereTheMapCoversThem) {
   const auto solid = prepare_solid(block());
   const double high = solid->summary().channels[0].max;
   for (const MaterialMap& map :
-       {MaterialMap{BlendMap{0, {{0, 1}, {high, 2}}}}, MaterialMap{BlendMap{0, {{7, 1}}}}, MaterialMap{PureMap{2}},
-        MaterialMap{CalibrationMap{0, 1, 2, {{-1, 0}, {0.995 * high, 1}}}}, MaterialMap{ColourMap{0, 0, 0, high}}}) {
+       {MaterialMap{BlendMap{"z", {{0, 1}, {high, 2}}}}, MaterialMap{BlendMap{"z", {{7, 1}}}}, MaterialMap{PureMap{2}},
+        MaterialMap{CalibrationMap{"z", 1, 2, {{-1, 0}, {0.995 * high, 1}}}},
+        MaterialMap{ColourMap{"z", "z", "z", high}}}) {
     EXPECT_THAT(find_values_off_maps(printing_with(map), *solid), IsEmpty());
   }
 }
@@ -64,8 +65,8 @@ TEST(ValuesOffMap, AreThoseOfTheMapsOwnRegion) {
   mesh = oracle::with_regions(mesh, 2, [=](const Vec3& p) { return p.z() < middle ? 0 : 1; });
   const auto solid = prepare_solid(mesh);
   const double high = solid->summary().channels[0].max;
-  Printing printing = printing_with({BlendMap{0, {{0, 1}, {high / 2, 2}}}});  // Covers the lower region.
-  printing.cell_region_maps.push_back({1, {DirectMap{{{0, 1}}, 2}}});
+  Printing printing = printing_with({BlendMap{"z", {{0, 1}, {high / 2, 2}}}});  // Covers the lower region.
+  printing.cell_region_maps.push_back({1, {DirectMap{{{"z", 1}}, 2}}});
   const auto found = find_values_off_maps(printing, *solid);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].map, &printing.cell_region_maps[0].map);
@@ -83,14 +84,14 @@ TEST(FractionsBelowOne, AreMeasuredInVolume) {
     mesh.channel_values.insert(mesh.channel_values.end(), {density, 0.75f});
   }
   const auto solid = prepare_solid(mesh);
-  const auto found = find_fractions_below_one(printing_with({DirectMap{{{0, 1}}}}), *solid);
+  const auto found = find_fractions_below_one(printing_with({DirectMap{{{"density", 1}}}}), *solid);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NEAR(found[0].share, 0.5, 0.03);
   EXPECT_NEAR(found[0].least_sum, 0.25, 0.1);
-  const Printing two = printing_with({DirectMap{{{0, 1}, {1, 2}}}});
+  const Printing two = printing_with({DirectMap{{{"density", 1}, {"other", 2}}}});
   EXPECT_THAT(find_fractions_below_one(two, *solid), IsEmpty()) << "at least 1 in all";
-  EXPECT_THAT(find_fractions_below_one(printing_with({DirectMap{{{0, 1}}, 2}}), *solid), IsEmpty()) << "rest";
-  EXPECT_THAT(find_fractions_below_one(printing_with({BlendMap{0, {{0, 1}, {1, 2}}}}), *solid), IsEmpty());
+  EXPECT_THAT(find_fractions_below_one(printing_with({DirectMap{{{"density", 1}}, 2}}), *solid), IsEmpty()) << "rest";
+  EXPECT_THAT(find_fractions_below_one(printing_with({BlendMap{"density", {{0, 1}, {1, 2}}}}), *solid), IsEmpty());
 }
 
 TEST(ValuesOffMap, OfLargeMeshesAreSampled) {
@@ -101,7 +102,7 @@ TEST(ValuesOffMap, OfLargeMeshesAreSampled) {
   for (const Vec3& p : mesh.positions) mesh.channel_values.push_back(static_cast<float>(p.z()));
   const auto solid = prepare_solid(mesh);
   const double high = solid->summary().channels[0].max;
-  const auto found = find_values_off_maps(printing_with({BlendMap{0, {{0, 1}, {high / 2, 2}}}}), *solid);
+  const auto found = find_values_off_maps(printing_with({BlendMap{"z", {{0, 1}, {high / 2, 2}}}}), *solid);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NEAR(found[0].share, 0.5, 0.05);
 }

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
 #include <vector>
 
 namespace ccslice {
@@ -12,7 +13,7 @@ namespace {
 
 const std::vector<ChannelRange> kChannels = {{"stiffness", 0, 2}, {"colour", -1, 1}, {"constant", 5, 5}};
 
-PlaneSpec plane_of(std::uint32_t channel, SampleType type) {
+PlaneSpec plane_of(const std::string& channel, SampleType type) {
   PlaneSpec plane;
   plane.content = PlaneContent::kChannel;
   plane.channel = channel;
@@ -27,7 +28,8 @@ SliceJob job_of_planes(const std::vector<PlaneSpec>& planes) {
 }
 
 TEST(ChannelTolerances, AreSharesOfTheChannelsRangeByThePlanesSamples) {
-  const SliceJob job = job_of_planes({plane_of(0, SampleType::kUint8), plane_of(1, SampleType::kFloat32)});
+  const SliceJob job =
+      job_of_planes({plane_of("stiffness", SampleType::kUint8), plane_of("colour", SampleType::kFloat32)});
   const auto tolerances = channel_tolerances(job, kChannels);
   ASSERT_EQ(tolerances.size(), 2u);
   EXPECT_EQ(tolerances[0].channel, 0u);
@@ -37,42 +39,43 @@ TEST(ChannelTolerances, AreSharesOfTheChannelsRangeByThePlanesSamples) {
 }
 
 TEST(ChannelTolerances, TakeTheStrictestOfSeveralPlanes) {
-  PlaneSpec narrow = plane_of(0, SampleType::kUint8);
+  PlaneSpec narrow = plane_of("stiffness", SampleType::kUint8);
   narrow.range = ValueRange{0.5, 0.6};
-  const SliceJob job = job_of_planes({plane_of(0, SampleType::kUint8), narrow, plane_of(0, SampleType::kUint8)});
+  const SliceJob job =
+      job_of_planes({plane_of("stiffness", SampleType::kUint8), narrow, plane_of("stiffness", SampleType::kUint8)});
   const auto tolerances = channel_tolerances(job, kChannels);
   ASSERT_EQ(tolerances.size(), 1u);
   EXPECT_NEAR(tolerances[0].tolerance, 0.1 / 1024, 1e-15);
 }
 
 TEST(ChannelTolerances, ARangeWiderThanTheChannelsGivesNoMoreRoom) {
-  PlaneSpec wide = plane_of(0, SampleType::kUint16);
+  PlaneSpec wide = plane_of("stiffness", SampleType::kUint16);
   wide.range = ValueRange{-100, 100};
   EXPECT_EQ(channel_tolerances(job_of_planes({wide}), kChannels)[0].tolerance, 2.0 / 65536);
 }
 
 TEST(ChannelTolerances, FollowTheJobsOwn) {
-  SliceJob job = job_of_planes({plane_of(0, SampleType::kUint8)});
+  SliceJob job = job_of_planes({plane_of("stiffness", SampleType::kUint8)});
   job.channel_tolerance = 0.25;
   EXPECT_EQ(channel_tolerances(job, kChannels)[0].tolerance, 0.5);
 }
 
 TEST(ChannelTolerances, LeaveAConstantChannelItsRounding) {
-  EXPECT_NEAR(channel_tolerances(job_of_planes({plane_of(2, SampleType::kUint8)}), kChannels)[0].tolerance, 5e-9,
-              1e-20);
+  EXPECT_NEAR(channel_tolerances(job_of_planes({plane_of("constant", SampleType::kUint8)}), kChannels)[0].tolerance,
+              5e-9, 1e-20);
 }
 
 TEST(ChannelTolerances, AreSharesOfTheRangeHoweverFarThatIsFromZero) {
   const std::vector<ChannelRange> far = {{"far", 1e6, 1e6 + 1}, {"below", -1e6 - 1, -1e6}};
-  for (const std::uint32_t index : {0u, 1u}) {
-    const auto tolerances = channel_tolerances(job_of_planes({plane_of(index, SampleType::kUint16)}), far);
+  for (const ChannelRange& channel : far) {
+    const auto tolerances = channel_tolerances(job_of_planes({plane_of(channel.name, SampleType::kUint16)}), far);
     EXPECT_EQ(tolerances[0].tolerance, 1.0 / 65536);
   }
 }
 
 // Some hundred units in the last place of its largest value.
 TEST(ChannelTolerances, AreNoLessThanRounding) {
-  PlaneSpec narrow = plane_of(0, SampleType::kUint16);
+  PlaneSpec narrow = plane_of("stiffness", SampleType::kUint16);
   narrow.range = ValueRange{1, 1 + 1e-10};
   EXPECT_NEAR(channel_tolerances(job_of_planes({narrow}), kChannels)[0].tolerance, 2e-13, 1e-20);
 }
@@ -80,7 +83,7 @@ TEST(ChannelTolerances, AreNoLessThanRounding) {
 TEST(ChannelTolerances, CountTheChannelsOfPlanesOfSeveral) {
   PlaneSpec plane;
   plane.content = PlaneContent::kChannels;
-  plane.channels = {1, 0};
+  plane.channels = {"colour", "stiffness"};
   plane.sample_type = SampleType::kFloat32;
   const auto tolerances = channel_tolerances(job_of_planes({plane}), kChannels);
   ASSERT_EQ(tolerances.size(), 2u);
@@ -93,7 +96,7 @@ TEST(ChannelTolerances, HalftonedChannelsGoByTheSteepestPlaceOfTheirMap) {
   SliceJob job;
   Printing printing;
   printing.materials = {{"a", 1}, {"b", 2}, {"c", 3}};
-  printing.map.kind = BlendMap{0, {{0, 1}, {0.5, 2}, {2, 3}}};
+  printing.map.kind = BlendMap{"stiffness", {{0, 1}, {0.5, 2}, {2, 3}}};
   job.printing = printing;
   PlaneSpec plane;
   plane.content = PlaneContent::kMaterials;

@@ -58,8 +58,7 @@ class HalftonePassTest : public testing::TestWithParam<HalftoneMethod> {
     spec.sample_type = SampleType::kFloat32;
     std::vector<ContonePlane> planes;
     for (std::uint32_t channel = 0; channel < kMaterials; ++channel) {
-      spec.channel = channel;
-      planes.emplace_back(spec, ChannelRange{"", 0, 10});
+      planes.emplace_back(spec, ChannelRange{"", 0, 10}, channel);
       planes.back().clear(window.columns, window.rows);
       for (std::uint32_t y = window.first_row; y < window.end_row(); ++y) {
         for (std::uint32_t x = window.first_column; x < window.end_column(); ++x) {
@@ -169,7 +168,7 @@ TEST_P(HalftonePassTest, CountsVoxelsThatTheirMapsDoNotTake) {
   std::vector<RegionRun> runs;
   for (const VoxelRun& span : spans) runs.push_back({span, static_cast<std::uint8_t>(span.row % 2)});
   Printing by_region = printing();
-  by_region.cell_region_maps = {{1, {BlendMap{2, {{0.4, 1}, {0.8, 2}}}}}};
+  by_region.cell_region_maps = {{1, {BlendMap{"2", {{0.4, 1}, {0.8, 2}}}}}};
   const HalftonePlan plan(by_region, 0.05, 0.05, 0.05);
   const LayerWindow all = window_of(lattice);
   HalftonePass pass(plan);
@@ -234,7 +233,7 @@ TEST_P(HalftonePassTest, RegionsAreMixedByTheirOwnMaps) {
   const LayerWindow all = window_of(lattice);
   const HalftonePass::Place place{lattice, kLayer, kZMm, all, all};
   Printing by_region = printing();
-  by_region.cell_region_maps = {{1, {PureMap{3}}}, {0, {BlendMap{2, {{0.2, 1}, {1.2, 2}}}}}};
+  by_region.cell_region_maps = {{1, {PureMap{3}}}, {0, {BlendMap{"2", {{0.2, 1}, {1.2, 2}}}}}};
   const HalftonePlan plan(by_region, 0.05, 0.05, 0.05);
   HalftonePass pass(plan);
   pass.run(place, runs, planes(all), {});
@@ -245,7 +244,7 @@ TEST_P(HalftonePassTest, RegionsAreMixedByTheirOwnMaps) {
     alone.map = maps[region];
     const HalftonePlan plan_alone(alone, 0.05, 0.05, 0.05);
     std::vector<ContonePlane> own;
-    for (const std::uint32_t channel : channels_of(alone)) own.push_back(planes(all)[channel]);
+    for (const std::string& channel : channels_of(alone)) own.push_back(planes(all)[std::stoul(channel)]);
     HalftonePass pass_alone(plan_alone);
     pass_alone.run(place, spans, own, {});
     for (const RegionRun& run : runs) {
@@ -285,8 +284,8 @@ TEST(StrictHalftonePass, SaysWhereValuesGiveNoFractions) {
   spec.content = PlaneContent::kChannel;
   spec.sample_type = SampleType::kFloat32;
   std::vector<ContonePlane> planes;
-  for (spec.channel = 0; spec.channel < 2; ++spec.channel) {
-    planes.emplace_back(spec, ChannelRange{"", 0, 1});
+  for (const std::uint32_t channel : {0u, 1u}) {
+    planes.emplace_back(spec, ChannelRange{"", 0, 1}, channel);
     planes.back().clear(all.columns, all.rows);
     for (std::size_t k = 0; k < std::size_t{150} * 3; ++k) planes.back().set(k, std::array{0.25, 0.75});
     planes.back().set(all.index(100, 1), std::array{0.25, 0.5});

@@ -17,8 +17,8 @@
 #include "core/models/models.h"
 #include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
-#include "core/slicer/slice_range.h"
 #include "tests/core/slicer/test_jobs.h"
+#include "tests/support/slice_range.h"
 
 namespace ccslice {
 namespace {
@@ -47,7 +47,7 @@ class HalftonedBox : public testing::TestWithParam<HalftoneMethod> {
     job_ = job_of(solid_, {0.21, 0.33, 0.25}, upright);
     Printing printing;
     printing.materials = {{"soft", 0xff0000ff}, {"middle", 0x00ff00ff}, {"hard", 0x0000ffff}};
-    printing.map.kind = BlendMap{0, {{0, 1}, {0.5, 2}, {1, 3}}};
+    printing.map.kind = BlendMap{"gradient", {{0, 1}, {0.5, 2}, {1, 3}}};
     printing.halftone = {GetParam(), 11};
     job_.printing = printing;
     job_.planes = {occupancy(), materials(), materials(SampleType::kUint2), mask(1), mask(2), mask(3)};
@@ -130,7 +130,7 @@ TEST_P(HalftonedBox, CountsVoxelsOffTheMap) {
 }
 
 TEST_P(HalftonedBox, CountsVoxelsWhoseFractionsAreScaledUp) {
-  job_.printing->map.kind = DirectMap{{{0, 3}}};
+  job_.printing->map.kind = DirectMap{{{"gradient", 3}}};
   const std::vector<Layer> layers = slice(0, job_.grid.extent.layers);
   EXPECT_EQ(layers.front().stats.voxels_scaled_up, layers.front().stats.voxels_inside);
   EXPECT_NEAR(layers[1].stats.least_fraction_sum, 1.5 / job_.grid.extent.layers, 1e-3);

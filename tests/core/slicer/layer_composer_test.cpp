@@ -93,7 +93,7 @@ PlacedParts boxes_at(const std::vector<double>& places, const std::vector<std::i
     request.origin_mm = Vec3::Zero();
     request.extent = GridExtent{60, 16, 8};
     job.grid = plan_grid(*solid, job.placement, request);
-    job.planes = {occupancy(), channel(0, SampleType::kFloat32)};
+    job.planes = {occupancy(), channel(solid, 0, SampleType::kFloat32)};
     job.contours = true;
     parts.push_back({"box " + std::to_string(p), solid, job, priorities[p]});
   }

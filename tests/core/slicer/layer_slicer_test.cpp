@@ -18,8 +18,8 @@
 #include "core/models/models.h"
 #include "core/output/encode.h"
 #include "core/prepare/prepare_solid.h"
-#include "core/slicer/slice_range.h"
 #include "tests/core/slicer/test_jobs.h"
+#include "tests/support/slice_range.h"
 
 namespace ccslice {
 namespace {
@@ -56,8 +56,8 @@ Vec3 centre(const SliceJob& job, std::uint32_t x, std::uint32_t y, std::uint32_t
 void expect_placed_box(const Placement& placement, const VoxelPitch& pitch, double value_tolerance) {
   const Solid solid = box_of_coordinates();
   SliceJob job = job_of(solid, pitch, placement);
-  job.planes = {occupancy(), channel(0, SampleType::kFloat32), channel(1, SampleType::kFloat32),
-                channel(2, SampleType::kFloat32)};
+  job.planes = {occupancy(), channel(solid, 0, SampleType::kFloat32), channel(solid, 1, SampleType::kFloat32),
+                channel(solid, 2, SampleType::kFloat32)};
   validate_job(*solid, job);
   LayerSlicer slicer(solid, job);
   const Placement mesh_of_world = placement.inverse(Eigen::Affine);
@@ -196,10 +196,10 @@ TEST(SliceBox, OccupancyAloneInvertsNothing) {
 TEST(SliceBox, SeveralChannelsTravelInOnePlane) {
   const Solid solid = box_of_coordinates();
   SliceJob job = job_of(solid, {0.5, 0.5, 1});
-  job.planes = {channel(0, SampleType::kFloat32), channel(0, SampleType::kFloat32), occupancy(),
-                channel(2, SampleType::kFloat32)};
+  job.planes = {channel(solid, 0, SampleType::kFloat32), channel(solid, 0, SampleType::kFloat32), occupancy(),
+                channel(solid, 2, SampleType::kFloat32)};
   job.planes[1].content = PlaneContent::kChannels;
-  job.planes[1].channels = {2, 0};
+  job.planes[1].channels = {job.planes[3].channel, job.planes[0].channel};
   validate_job(*solid, job);
   const Layer layer = LayerSlicer(solid, job).slice(3, {});
   const std::size_t voxels = std::size_t{job.grid.extent.columns} * job.grid.extent.rows;
@@ -216,7 +216,7 @@ TEST(SliceBox, EncodingsCarryTheSameSamples) {
   job.planes.clear();
   for (const SampleType type : {SampleType::kUint8, SampleType::kUint16, SampleType::kFloat32}) {
     for (const Encoding encoding : {Encoding::kRaw, Encoding::kRawZstd, Encoding::kPng}) {
-      if (!encoding_obstacle(type, encoding)) job.planes.push_back(channel(1, type, encoding));
+      if (!encoding_obstacle(type, encoding)) job.planes.push_back(channel(solid, 1, type, encoding));
     }
   }
   validate_job(*solid, job);
@@ -253,7 +253,7 @@ TEST_F(SliceRing, HasTheVoxelsOfTable2) {
 
 TEST_F(SliceRing, StopsWithin100MsOfACancel) {
   SliceJob job = job_of(solid_, {0.02, 0.04, 0.03});
-  job.planes.push_back(channel(0, SampleType::kUint16, Encoding::kRawZstd));
+  job.planes.push_back(channel(solid_, 0, SampleType::kUint16, Encoding::kRawZstd));
   job.channel_tolerance = 0;  // Slow.
   LayerSlicer slicer(solid_, job);
   double best_ms = 1e9;

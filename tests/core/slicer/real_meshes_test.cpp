@@ -62,6 +62,7 @@ SliceJob job_of(const LimitSolid& solid, const Placement& placement) {
   job.planes[0].encoding = Encoding::kRaw;
   job.planes[1] = job.planes[0];
   job.planes[1].content = PlaneContent::kChannel;
+  job.planes[1].channel = solid.summary().channels[0].name;
   job.planes[1].sample_type = SampleType::kFloat32;
   return job;
 }

@@ -14,8 +14,8 @@
 #include "core/models/models.h"
 #include "core/prepare/prepare_solid.h"
 #include "core/slicer/layer_slicer.h"
-#include "core/slicer/slice_range.h"
 #include "tests/core/slicer/test_jobs.h"
+#include "tests/support/slice_range.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -81,7 +81,8 @@ class SlicePart : public testing::TestWithParam<Part> {
     Placement placement = Placement::Identity();
     placement.rotate(Eigen::AngleAxisd(GetParam().tilt_rad, Vec3(1, 2, -0.3).normalized()));
     job_ = job_of(solid_, GetParam().pitch, placement);
-    job_.planes = {occupancy(), channel(0, SampleType::kUint16, Encoding::kRawZstd), channel(0, SampleType::kFloat32)};
+    job_.planes = {occupancy(), channel(solid_, 0, SampleType::kUint16, Encoding::kRawZstd),
+                   channel(solid_, 0, SampleType::kFloat32)};
     whole_ = slice_all(solid_, job_, 1);
   }
 

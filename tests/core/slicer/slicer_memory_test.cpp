@@ -39,8 +39,8 @@ std::vector<NamedJob> jobs_of(const Solid& solid, double columns) {
   std::vector<NamedJob> jobs;
   const auto add = [&](const char* name) -> SliceJob& { return jobs.emplace_back(NamedJob{name, plain}).job; };
   add("occupancy").planes = {occupancy()};
-  add("channel").planes = {channel(0, SampleType::kUint8, Encoding::kRawZstd)};
-  add("float").planes = {occupancy(), channel(0, SampleType::kFloat32)};
+  add("channel").planes = {channel(solid, 0, SampleType::kUint8, Encoding::kRawZstd)};
+  add("float").planes = {occupancy(), channel(solid, 0, SampleType::kFloat32)};
   add("exact").channel_tolerance = 0;
   add("proved").prove_channels = true;
   SliceJob& contours = add("contours");
@@ -106,7 +106,7 @@ TEST(SlicerMemory, IsToldOfPartsOfFewCellsToo) {
     const Solid solid = prepare_solid(oracle::tiny_mesh(name));
     for (const bool proved : {false, true}) {
       SliceJob job = job_of(solid, pitch_for(solid, 300));
-      job.planes = {channel(0, SampleType::kFloat32)};
+      job.planes = {channel(solid, 0, SampleType::kFloat32)};
       job.prove_channels = proved;
       expect_enough(name + std::string(proved ? ", proved" : ""), solid, job);
     }

@@ -23,10 +23,11 @@ inline PlaneSpec occupancy() {
   return plane;
 }
 
-inline PlaneSpec channel(std::uint32_t index, SampleType type, Encoding encoding = Encoding::kRaw) {
+/// `index`: of the solid's channels.
+inline PlaneSpec channel(const Solid& solid, std::uint32_t index, SampleType type, Encoding encoding = Encoding::kRaw) {
   PlaneSpec plane;
   plane.content = PlaneContent::kChannel;
-  plane.channel = index;
+  plane.channel = solid->summary().channels[index].name;
   plane.sample_type = type;
   plane.encoding = encoding;
   return plane;
@@ -39,7 +40,7 @@ inline SliceJob job_of(const Solid& solid, const VoxelPitch& pitch,
   GridRequest request;
   request.pitch = pitch;
   job.grid = plan_grid(*solid, placement, request);
-  job.planes = {occupancy(), channel(0, SampleType::kFloat32)};
+  job.planes = {occupancy(), channel(solid, 0, SampleType::kFloat32)};
   return job;
 }
 

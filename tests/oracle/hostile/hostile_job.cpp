@@ -210,7 +210,7 @@ class JobMaker {
     if (channels.size() > 1 && random_.chance(0.25)) {
       PlaneSpec plane;
       plane.content = PlaneContent::kChannels;
-      plane.channels = channels;
+      for (const std::uint32_t channel : channels) plane.channels.push_back(solid_.summary().channels[channel].name);
       plane.sample_type = SampleType::kFloat32;
       add_plane(plane);
       names += " together";
@@ -236,7 +236,7 @@ class JobMaker {
     const ChannelRange& range = solid_.summary().channels[channel];
     PlaneSpec plane;
     plane.content = PlaneContent::kChannel;
-    plane.channel = channel;
+    plane.channel = range.name;
     plane.sample_type = types[type];
     std::string name = range.name + names[type];
     const double span = range.max - range.min;

@@ -9,9 +9,10 @@
 #include <limits>
 
 #include "core/base/contains.h"
+#include "core/channel/channel_table.h"
 #include "core/field/contone.h"
-#include "core/slicer/slice_range.h"
 #include "tests/oracle/hostile/hostile_maps.h"
+#include "tests/support/slice_range.h"
 
 namespace ccslice::oracle {
 namespace {
@@ -25,9 +26,9 @@ double read(const EncodedPlane& plane, std::size_t index) {
 
 constexpr double kDefaultOfBytes = 1.0 / 1024, kDefault = 1.0 / 65536;  // Shares. The former of materials, too.
 
-std::vector<std::uint32_t> channels_of_plane(const PlaneSpec& plane) {
+std::vector<std::string> channels_of_plane(const PlaneSpec& plane) {
   if (plane.content == PlaneContent::kChannel) return {plane.channel};
-  return plane.content == PlaneContent::kChannels ? plane.channels : std::vector<std::uint32_t>();
+  return plane.content == PlaneContent::kChannels ? plane.channels : std::vector<std::string>();
 }
 
 }  // namespace
@@ -52,7 +53,10 @@ SliceJob inverting_job(const LimitSolid& solid, const SliceJob& job) {
   result.planes.push_back(plane);
   plane.content = PlaneContent::kChannel;
   plane.sample_type = SampleType::kFloat32;
-  for (plane.channel = 0; plane.channel < solid.channel_count(); ++plane.channel) result.planes.push_back(plane);
+  for (const ChannelRange& channel : solid.summary().channels) {
+    plane.channel = channel.name;
+    result.planes.push_back(plane);
+  }
   plane.sample_type = SampleType::kUint8;
   plane.content = PlaneContent::kCellRegions;
   if (!solid.summary().cell_regions.empty()) result.planes.push_back(plane);
@@ -86,25 +90,26 @@ double tolerance_of(const SolidSummary& solid, const SliceJob& job, std::uint32_
     tolerance = std::min(tolerance, share * std::min(span, range.max - range.min));
   };
   for (const PlaneSpec& plane : job.planes) {
-    if (!contains(channels_of_plane(plane), channel)) continue;
+    if (!contains(channels_of_plane(plane), range.name)) continue;
     const double span = plane.range ? plane.range->max - plane.range->min : std::numeric_limits<double>::infinity();
     allow(span, plane.sample_type == SampleType::kUint8 ? kDefaultOfBytes : kDefault);
   }
   if (job.printing) {
     for (const MaterialMap* map : maps_of(*job.printing)) {
-      if (contains(channels_of(*map), channel)) allow(steepest_span_of(*map), kDefaultOfBytes);
+      if (contains(channels_of(*map), range.name)) allow(steepest_span_of(*map), kDefaultOfBytes);
     }
   }
   return std::max(tolerance, 1e-9 * std::max({std::abs(range.min), std::abs(range.max), 1e-30}));
 }
 
 std::vector<ChannelSamples> samples_of(const LimitSolid& solid, const SliceJob& job, const PlaneSpec& plane) {
-  const std::vector<std::uint32_t> channels = channels_of_plane(plane);
+  const std::vector<std::string> channels = channels_of_plane(plane);
+  const std::vector<ChannelRange>& ranges = solid.summary().channels;
   std::vector<ChannelSamples> samples;
   for (std::size_t i = 0; i < channels.size(); ++i) {
-    samples.push_back({channels[i], plane.sample_type, i, channels.size(),
-                       value_range(plane, solid.summary().channels[channels[i]]),
-                       tolerance_of(solid.summary(), job, channels[i])});
+    const std::uint32_t channel = *ChannelTable(ranges).at(channels[i]).of_solid;
+    samples.push_back({channel, plane.sample_type, i, channels.size(), value_range(plane, ranges[channel]),
+                       tolerance_of(solid.summary(), job, channel)});
   }
   return samples;
 }

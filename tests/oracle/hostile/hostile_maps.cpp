@@ -39,7 +39,7 @@ namespace {
 
 /// In the map's order. One that is several components of a colour is there as often: mixes are linear in each component
 /// but not along a diagonal, so that bounds need each by itself.
-std::vector<std::uint32_t> inputs_of(const MaterialMap& map) {
+std::vector<std::string> inputs_of(const MaterialMap& map) {
   if (const auto* colour = std::get_if<ColourMap>(&map.kind)) return {colour->red, colour->green, colour->blue};
   return channels_of(map);
 }

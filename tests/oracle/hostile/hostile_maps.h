@@ -39,7 +39,7 @@ class MapTruth {
   MapTruth(const Printing& printing, const MaterialMap& map, std::shared_ptr<const ColourTable> colours);
 
   /// The channels that it reads, in its order. A channel may be several components of a colour.
-  const std::vector<std::uint32_t>& channels() const { return channels_; }
+  const std::vector<std::string>& channels() const { return channels_; }
   /// `values`: within what bounds each of channels() is. Floats' rounding is added.
   MixBounds bounds(std::span<const Interval> values) const;
 
@@ -56,7 +56,7 @@ class MapTruth {
   const MaterialMap& map_;
   const std::size_t materials_;
   std::shared_ptr<const ColourTable> colours_;
-  std::vector<std::uint32_t> channels_;
+  std::vector<std::string> channels_;
   std::vector<double> stops_;        // Of blends and curves,
   std::vector<Shares> stop_shares_;  // and what there is of each material.
 };

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "core/channel/channel_table.h"
 #include "core/printing/blue_noise_mask.h"
 #include "core/printing/halftone.h"
 #include "core/printing/voxel_hash.h"
@@ -184,7 +185,8 @@ class PrintedComparison {
   MixBounds mix_of(std::size_t region, std::span<const double> values, std::span<const double> tolerances) const {
     const MapTruth& map = maps_[map_of_region_[region - 1]];
     std::vector<Interval> intervals;
-    for (const std::uint32_t c : map.channels()) {
+    for (const std::string& channel : map.channels()) {
+      const std::uint32_t c = *ChannelTable(run_.solid->summary().channels).at(channel).of_solid;
       intervals.push_back({values[c] - tolerances[c], values[c] + tolerances[c]});
     }
     return map.bounds(intervals);

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -55,7 +56,10 @@ class PrintingDraw {
   }
 
   std::uint32_t material() { return 1 + static_cast<std::uint32_t>(random_.bits() % count_); }
-  std::uint32_t channel() { return static_cast<std::uint32_t>(random_.bits() % solid_.channels.size()); }
+  const std::string& channel() { return solid_.channels[random_.bits() % solid_.channels.size()].name; }
+  const ChannelRange& range_of(const std::string& channel) const {
+    return *std::ranges::find(solid_.channels, channel, &ChannelRange::name);
+  }
 
   /// All materials in any order.
   std::vector<std::uint32_t> shuffled(std::uint32_t count, std::uint32_t first) {
@@ -86,14 +90,15 @@ class PrintingDraw {
     const std::vector<std::uint32_t> of = shuffled(channels, 0), to = shuffled(count_, 1);
     const int shares = random_.pick(1, static_cast<int>(std::min(channels, count_)));
     DirectMap map;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(shares); ++i) map.shares.push_back({of[i], to[i]});
+    for (std::size_t i = 0; i < static_cast<std::size_t>(shares); ++i)
+      map.shares.push_back({solid_.channels[of[i]].name, to[i]});
     if (map.shares.size() < to.size() && random_.chance(0.6)) map.rest_material = to.back();
     return map;
   }
 
   /// Ascending, about the range of a channel: apart by a billionth of it at least, and not by less than floats tell.
-  std::vector<double> draw_stops(std::uint32_t channel, int count) {
-    const ChannelRange& range = solid_.channels[channel];
+  std::vector<double> draw_stops(const std::string& channel, int count) {
+    const ChannelRange& range = range_of(channel);
     const double size = std::max({std::abs(range.min), std::abs(range.max), 1e-3});
     const double span = std::max(range.max - range.min, 1e-4 * size);
     const double width = span * (random_.chance(0.7) ? random_.between(0.5, 1.5) : random_.log_between(1e-3, 1));
@@ -132,7 +137,7 @@ class PrintingDraw {
     map.red = channel();
     map.green = channel();
     map.blue = channel();
-    const double most = solid_.channels[map.red].max;
+    const double most = range_of(map.red).max;
     map.full_value = most > 0 && random_.chance(0.8) ? most : random_.log_between(1e-2, 1e2);
     // A part of the channel's range alone says how far it may be off.
     if (random_.chance(0.5)) map.full_value *= random_.log_between(0.02, 0.5);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/channel/channel_table.h"
 #include "core/slicer/layer_slicer.h"
 #include "tests/oracle/hostile/hostile_comparisons.h"
 #include "tests/oracle/hostile/hostile_layers.h"
@@ -25,19 +26,20 @@ constexpr double kSlack = 1.0 / 128;       // As ccslice/v1/material.proto has i
 constexpr double kRoundingOfSlack = 1e-4;  // Of what a map covers, for what inversions may differ by.
 
 void cover_range(const SolidSummary& solid, MaterialMap& map) {
+  const ChannelTable channels(solid.channels);
   if (auto* blend = std::get_if<BlendMap>(&map.kind)) {
-    const ChannelRange& range = solid.channels[blend->channel];
+    const ChannelRange range = channels.at(blend->channel).range;
     blend->stops.front().value = std::min(blend->stops.front().value, range.min);
     blend->stops.back().value = std::max(blend->stops.back().value, range.max);
   }
   if (auto* curve = std::get_if<CalibrationMap>(&map.kind)) {
-    const ChannelRange& range = solid.channels[curve->channel];
+    const ChannelRange range = channels.at(curve->channel).range;
     curve->points.front().property = std::min(curve->points.front().property, range.min);
     curve->points.back().property = std::max(curve->points.back().property, range.max);
   }
   if (auto* colour = std::get_if<ColourMap>(&map.kind)) {
-    for (const std::uint32_t channel : {colour->red, colour->green, colour->blue}) {
-      colour->full_value = std::max(colour->full_value, solid.channels[channel].max);
+    for (const std::string& channel : {colour->red, colour->green, colour->blue}) {
+      colour->full_value = std::max(colour->full_value, channels.at(channel).range.max);
     }
   }
 }
@@ -141,7 +143,8 @@ class StrictComparison {
     const std::size_t map = map_of(run_.has_regions() ? at.layer->planes[run_.region_plane()].bytes[voxel] : 1);
     if (!maps_of(printing_)[map]->strict) return {};
     std::vector<Interval> values;
-    for (const std::uint32_t c : maps_[map].channels()) {
+    for (const std::string& channel : maps_[map].channels()) {
+      const std::uint32_t c = *ChannelTable(run_.solid->summary().channels).at(channel).of_solid;
       const double value = inverted_value(run_, at, c);
       values.push_back({value - tolerances_[c], value + tolerances_[c]});
     }

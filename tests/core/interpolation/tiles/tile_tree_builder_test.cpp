@@ -46,7 +46,7 @@ TEST_F(TilesTest, ALinearChannelIsExact) {
 
 TEST_F(TilesTest, AConstantChannelIsConstant) {
   take(box(), [](const Vec3&) { return 0.3; });
-  plane_ = ContonePlane(float_plane(), solid_->summary().channels[0]);
+  plane_ = ContonePlane(float_plane(), solid_->summary().channels[0], 0);
   const Result result = run({.tolerance = 1e-9});
   EXPECT_EQ(result.stats.voxels_interpolated, result.stats.voxels_inside);
   const double expected = 0.3f;

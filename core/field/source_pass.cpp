@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/field/source_pass.h"
+
+#include <algorithm>
+#include <string>
+
+namespace ccslice {
+
+SourcePass::SourcePass(std::span<const ChannelSource* const> sources, std::span<const PlaneSpec> planes,
+                       const Placement& layer_of_mesh, const Mat3& world_of_layer)
+    : mesh_of_layer_(layer_of_mesh.inverse(Eigen::Affine)), world_of_layer_(world_of_layer) {
+  const auto input = [&](const std::string& name) {
+    std::size_t plane = 0;
+    while (planes[plane].channel != name || planes[plane].sample_type != SampleType::kFloat32) ++plane;
+    return plane;
+  };
+  for (const ChannelSource* source : sources) {
+    Step& step = steps_.emplace_back(Step{source, {}, {}});
+    for (const std::string& name : source->inputs()) step.inputs.push_back(input(name));
+    inputs_.resize(std::max(inputs_.size(), step.inputs.size()));
+    for (std::size_t plane = 0; plane < planes.size(); ++plane) {
+      if (planes[plane].channel == source->range().name) step.outputs.push_back(plane);
+    }
+  }
+}
+
+void SourcePass::run(const LayerTarget& target, std::span<const VoxelRun> spans) {
+  if (steps_.empty()) return;
+  constexpr std::size_t kRunsPerPoll = 256;
+  for (std::size_t i = 0; i < spans.size(); ++i) {
+    if (i % kRunsPerPoll == 0) target.cancel.throw_if_cancelled();
+    const VoxelRun held = target.window.clipped(spans[i]);
+    if (held.begin < held.end) run_row(target, held);
+  }
+}
+
+void SourcePass::run_row(const LayerTarget& target, const VoxelRun& run) {
+  const Vec3 first = target.lattice.centre(0, run.row, target.z_mm), step(target.lattice.dx_mm, 0, 0);
+  const std::uint32_t count = run.end - run.begin;
+  const SourceRow row{world_of_layer_ * first,
+                      world_of_layer_ * step,
+                      mesh_of_layer_ * first,
+                      mesh_of_layer_.linear() * step,
+                      run.begin,
+                      count};
+  const std::size_t index = target.window.index(run.begin, run.row);
+  values_.resize(count);
+  for (const Step& each : steps_) {
+    input_spans_.clear();
+    for (std::size_t i = 0; i < each.inputs.size(); ++i) {
+      inputs_[i].resize(count);
+      target.planes[each.inputs[i]].read_values(index, inputs_[i]);
+      input_spans_.emplace_back(inputs_[i]);
+    }
+    each.source->sample_row(row, input_spans_, values_);
+    for (const std::size_t plane : each.outputs) target.planes[plane].set_values(index, values_);
+  }
+}
+
+}  // namespace ccslice
