@@ -98,9 +98,9 @@ void drop_outside(const LayerWindow& window, const LayerLattice& lattice, std::v
 
 }  // namespace
 
-VoxelRegion whole_region(const Grid& grid) { return {0, 0, 0, grid.extent}; }
+VoxelBox whole_region(const Grid& grid) { return {0, 0, 0, grid.extent}; }
 
-VoxelRegion region_of_box(const Grid& grid, const Box3& box_mm) {
+VoxelBox region_of_box(const Grid& grid, const Box3& box_mm) {
   const std::array<RegionAxis, 3> axes = axes_of(grid);
   std::array<AxisRange, 3> ranges;
   for (std::size_t a = 0; a < 3; ++a) {
@@ -111,7 +111,7 @@ VoxelRegion region_of_box(const Grid& grid, const Box3& box_mm) {
   return {ranges[0].first, ranges[1].first, ranges[2].first, {count(0), count(1), count(2)}};
 }
 
-void validate_region(const Grid& grid, const VoxelRegion& region) {
+void validate_region(const Grid& grid, const VoxelBox& region) {
   const std::array<std::uint32_t, 3> first = {region.first_column, region.first_row, region.first_layer};
   const std::array<std::uint32_t, 3> count = {region.extent.columns, region.extent.rows, region.extent.layers};
   const std::array<RegionAxis, 3> axes = axes_of(grid);

@@ -16,7 +16,7 @@
 
 namespace ccslice {
 
-struct VoxelRegion {
+struct VoxelBox {
   std::uint32_t first_column = 0, first_row = 0, first_layer = 0;
   GridExtent extent;
 
@@ -25,15 +25,15 @@ struct VoxelRegion {
   LayerWindow window() const { return {first_column, first_row, extent.columns, extent.rows}; }
 };
 
-VoxelRegion whole_region(const Grid& grid);
+VoxelBox whole_region(const Grid& grid);
 
 /// The voxels whose centres are at or above the box's lower corner and below its upper one, world frame. What of the
 /// box is outside of the grid is left out. REQUIRES: a valid grid. Throws Error{kRegionNonFinite, kRegionEmpty,
 /// kRegionOutOfGrid}.
-VoxelRegion region_of_box(const Grid& grid, const Box3& box_mm);
+VoxelBox region_of_box(const Grid& grid, const Box3& box_mm);
 
 /// Throws Error{kRegionEmpty, kRegionOutOfGrid} unless the region has voxels, all of the grid.
-void validate_region(const Grid& grid, const VoxelRegion& region);
+void validate_region(const Grid& grid, const VoxelBox& region);
 
 /// Leaves out the loops whose bounding boxes don't meet the window's voxels: winding numbers there stay as they are.
 void drop_loops_outside(const LayerWindow& window, const LayerLattice& lattice, std::vector<ContourLoop>& loops);

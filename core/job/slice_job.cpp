@@ -10,7 +10,7 @@
 
 namespace ccslice {
 
-VoxelRegion region_of(const SliceJob& job) { return job.region.value_or(whole_region(job.grid)); }
+VoxelBox region_of(const SliceJob& job) { return job.region.value_or(whole_region(job.grid)); }
 
 bool shows_cell_regions(const SliceJob& job) {
   return std::ranges::any_of(job.planes,
@@ -19,7 +19,7 @@ bool shows_cell_regions(const SliceJob& job) {
 
 void validate_layer_range(const SliceJob& job, std::uint32_t first, std::uint32_t count) {
   if (count == 0) throw Error(ErrorCode::kLayerRangeEmpty, "layer_count: 0; ask for at least one layer", "layer_count");
-  const VoxelRegion region = region_of(job);
+  const VoxelBox region = region_of(job);
   const bool starts_within = first >= region.first_layer && first < region.end_layer();
   if (starts_within && std::uint64_t{first} + count <= region.end_layer()) return;
   throw Error(ErrorCode::kLayerRangeOutOfBounds,

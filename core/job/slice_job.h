@@ -33,9 +33,9 @@ inline constexpr std::uint32_t kRowsTogether = 64;
 struct SliceJob {
   Placement placement = Placement::Identity();
   Grid grid;
-  std::optional<VoxelRegion> region;  // What is delivered. DEFAULT: all of the grid.
-  PictureOrder order;                 // For pictures only: indices, contours and counts stay those of the grid.
-  ChannelSources sources;             // Of channels besides the solid's own.
+  std::optional<VoxelBox> region;  // What is delivered. DEFAULT: all of the grid.
+  PictureOrder order;              // For pictures only: indices, contours and counts stay those of the grid.
+  ChannelSources sources;          // Of channels besides the solid's own.
   std::vector<PlaneSpec> planes;
   std::optional<Printing> printing;      // REQUIRED by planes of materials.
   bool contours = false;                 // Deliver the polylines too.
@@ -49,7 +49,7 @@ struct SliceJob {
 };
 
 /// The job's region, or all of its grid.
-VoxelRegion region_of(const SliceJob& job);
+VoxelBox region_of(const SliceJob& job);
 
 /// Some plane shows cell regions.
 bool shows_cell_regions(const SliceJob& job);

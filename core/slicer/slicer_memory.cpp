@@ -113,7 +113,7 @@ Boundary boundary_of(const LimitSolid& solid, const SliceJob& job, const LayerSc
                      const CancellationToken& cancel) {
   const BoundarySurface surface(solid);
   const Placement voxel_of = voxel_of_mesh(job.placement, job.grid);
-  const VoxelRegion region = region_of(job);
+  const VoxelBox region = region_of(job);
   double nodes = 0;
   IntervalSums cut(region.extent.layers), points(region.extent.layers), rows(region.extent.layers);
   PeriodicPoll poll(cancel);
@@ -286,7 +286,7 @@ SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& can
 /// How many voxels of the job's region the part's box has, about.
 double voxels_in_region(const PlacedPart& part) {
   const Box3 box = part.solid->summary().bounding_box.transformed(voxel_of_mesh(part.job.placement, part.job.grid));
-  const VoxelRegion region = region_of(part.job);
+  const VoxelBox region = region_of(part.job);
   const Vec3 first(region.first_column, region.first_row, region.first_layer);
   const Box3 common =
       box.intersection(Box3(first, first + Vec3(region.extent.columns, region.extent.rows, region.extent.layers)));

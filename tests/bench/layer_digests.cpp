@@ -64,16 +64,16 @@ SliceJob printed(const PrinterJob& part, HalftoneMethod method) {
 SliceJob region_with_contours(const PrinterJob& part) {
   SliceJob job = contone(part);
   const GridExtent& extent = job.grid.extent;
-  job.region = VoxelRegion{extent.columns / 4,
-                           extent.rows / 4,
-                           extent.layers / 4,
-                           {extent.columns / 2 + 1, extent.rows / 2 + 1, extent.layers / 2 + 1}};
+  job.region = VoxelBox{extent.columns / 4,
+                        extent.rows / 4,
+                        extent.layers / 4,
+                        {extent.columns / 2 + 1, extent.rows / 2 + 1, extent.layers / 2 + 1}};
   job.contours = true;
   return job;
 }
 
 void print_digest(const PrinterJob& part, const char* name, const SliceJob& job) {
-  const VoxelRegion region = region_of(job);
+  const VoxelBox region = region_of(job);
   LayerDigest digest;
   std::uint64_t voxels = 0;
   slice_range(part.solid, job, region.first_layer, region.extent.layers, [&](Layer&& layer) {

@@ -75,7 +75,7 @@ PlaneSpec plane_of(PlaneContent content, SampleType type) {
 /// What is the same in all parts of a job.
 struct Common {
   Grid grid;
-  std::optional<VoxelRegion> region;
+  std::optional<VoxelBox> region;
   PictureOrder order;
   double tolerance;
   HalftoneMethod method;
@@ -90,11 +90,11 @@ Common random_common(Random& random) {
   common.grid.extent = {20 + random_below(random, 80), 20 + random_below(random, 80), 18};
   if (random_below(random, 2) == 0) {
     const std::uint32_t column = random_below(random, 10), row = random_below(random, 10);
-    common.region = VoxelRegion{column,
-                                row,
-                                2,
-                                {1 + random_below(random, common.grid.extent.columns - column),
-                                 1 + random_below(random, common.grid.extent.rows - row), 16}};
+    common.region = VoxelBox{column,
+                             row,
+                             2,
+                             {1 + random_below(random, common.grid.extent.columns - column),
+                              1 + random_below(random, common.grid.extent.rows - row), 16}};
   }
   common.order = {random_below(random, 2) == 0, random_below(random, 2) == 0};
   common.tolerance = random_below(random, 3) == 0 ? 0 : 1.0 / 1024;

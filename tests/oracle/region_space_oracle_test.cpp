@@ -135,7 +135,7 @@ void expect_materials_of_regions(const Layer& layer, std::uint32_t columns, std:
 void compare_voxels(const std::shared_ptr<const LimitSolid>& solid, const SliceJob& job, const RegionsInSpace& space,
                     Met& met) {
   met.voxels.resize(space.count());
-  const VoxelRegion region = region_of(job);
+  const VoxelBox region = region_of(job);
   LayerSlicer slicer(solid, job);
   for (std::uint32_t k = region.first_layer; k < region.end_layer(); ++k) {
     const Layer layer = slicer.slice(k, {});

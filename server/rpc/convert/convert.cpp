@@ -141,12 +141,12 @@ GridRequest to_grid_request(const v1::GridSpec& message) {
   return request;
 }
 
-VoxelRegion to_region(const v1::Region& message, const Grid& grid) {
+VoxelBox to_region(const v1::Region& message, const Grid& grid) {
   switch (message.kind_case()) {
     case v1::Region::kVoxels: {
       const v1::VoxelBox& voxels = message.voxels();
-      const VoxelRegion region = {voxels.first_column(), voxels.first_row(), voxels.first_layer(),
-                                  to_extent(voxels.extent())};
+      const VoxelBox region = {voxels.first_column(), voxels.first_row(), voxels.first_layer(),
+                               to_extent(voxels.extent())};
       validate_region(grid, region);
       return region;
     }
@@ -229,7 +229,7 @@ v1::Grid to_message(const Grid& value) {
   return message;
 }
 
-v1::VoxelBox to_message(const VoxelRegion& value) {
+v1::VoxelBox to_message(const VoxelBox& value) {
   v1::VoxelBox message;
   message.set_first_column(value.first_column);
   message.set_first_row(value.first_row);

@@ -31,7 +31,7 @@ Vec3 to_vec3(const v1::Vector3& message);
 /// Throws Error{kPitchMissing}.
 GridRequest to_grid_request(const v1::GridSpec& message);
 /// The region that is asked for. Throws Error{kRegionNonFinite, kRegionEmpty, kRegionOutOfGrid}.
-VoxelRegion to_region(const v1::Region& message, const Grid& grid);
+VoxelBox to_region(const v1::Region& message, const Grid& grid);
 /// Throws Error{kEnumValueUnknown}.
 PictureOrder to_order(const v1::PictureLayout& message);
 /// The layout with defaults filled in.
@@ -45,7 +45,7 @@ v1::SampleType to_message(SampleType type);
 v1::Vector3 to_message(const Vec3& value);
 v1::Box3 to_message(const Box3& value);
 v1::Grid to_message(const Grid& value);
-v1::VoxelBox to_message(const VoxelRegion& value);
+v1::VoxelBox to_message(const VoxelBox& value);
 v1::PlaneSpec to_message(const PlaneSpec& value, const ChannelTable& channels, const std::optional<Printing>& printing);
 v1::CellKind to_message(const CellKindTraits& value);
 v1::PlaneEncoding to_message(const EncodingTraits& value);

@@ -258,7 +258,7 @@ PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::sh
     box.extend(boxes(part, cancel));
   }
   const Grid grid = to_grid(message, box, limits);
-  std::optional<VoxelRegion> region;
+  std::optional<VoxelBox> region;
   if (message.has_region()) region = to_region(message.region(), grid);
   const auto planes = planes_of_all(message, parts);
   std::vector<SliceJob> jobs(static_cast<std::size_t>(message.parts_size()));

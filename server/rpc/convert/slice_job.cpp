@@ -61,7 +61,7 @@ std::uint64_t plane_bytes(const SliceJob& job, const PlaneSpec& plane) {
   return sample_bytes(plane.sample_type, extent.columns, extent.rows, channel_count(plane));
 }
 
-Box3 box_of(const VoxelRegion& region, const Grid& grid) {
+Box3 box_of(const VoxelBox& region, const Grid& grid) {
   const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);
   const Vec3 first(region.first_column, region.first_row, region.first_layer);
   const Vec3 size(region.extent.columns, region.extent.rows, region.extent.layers);
@@ -278,7 +278,7 @@ void warn_of_part(const PlacedPart& part, const Deviation& deviation, const Smal
 }
 
 /// The voxels of one layer of a region, in the middle of a box.
-std::optional<VoxelRegion> layer_within(const Box3& box_mm, const Grid& grid, const VoxelRegion& region) {
+std::optional<VoxelBox> layer_within(const Box3& box_mm, const Grid& grid, const VoxelBox& region) {
   const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);
   const Vec3 low = (box_mm.min() - grid.origin_mm).cwiseQuotient(pitch).array().floor();
   const Vec3 high = (box_mm.max() - grid.origin_mm).cwiseQuotient(pitch).array().ceil();
@@ -293,7 +293,7 @@ std::optional<VoxelRegion> layer_within(const Box3& box_mm, const Grid& grid, co
   const std::uint32_t columns = within(high.x(), region.first_column, extent.columns) - column;
   const std::uint32_t rows = within(high.y(), region.first_row, extent.rows) - row;
   if (columns == 0 || rows == 0) return std::nullopt;
-  return VoxelRegion{column, row, static_cast<std::uint32_t>(middle), {columns, rows, 1}};
+  return VoxelBox{column, row, static_cast<std::uint32_t>(middle), {columns, rows, 1}};
 }
 
 /// Looks at pairs of parts whose boxes meet, at a few of them and in one layer: voxels in both are warned of, or
@@ -313,7 +313,7 @@ void look_for_overlaps(const PlacedParts& parts, const CancellationToken& cancel
       const Box3 common = boxes[a].intersection(boxes[b]);
       if (common.isEmpty() || (common.sizes().array() < pitch.array()).any()) continue;
       const std::size_t of_pair = parts[a].solid->summary().boundary_faces + parts[b].solid->summary().boundary_faces;
-      const std::optional<VoxelRegion> look = layer_within(common, job.grid, region_of(job));
+      const std::optional<VoxelBox> look = layer_within(common, job.grid, region_of(job));
       if (!look || faces + of_pair > kMostFaces) continue;
       faces += of_pair;
       ++pairs;
@@ -375,7 +375,7 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request,
   v1::PlanSlicesResponse plan;
   *plan.mutable_grid() = to_message(job.grid);
   *plan.mutable_size_mm() = to_message(Vec3(grid_box(job.grid).sizes()));
-  const VoxelRegion region = region_of(job);
+  const VoxelBox region = region_of(job);
   *plan.mutable_region() = to_message(region);
   *plan.mutable_layout() = with_defaults(message.layout());
   plan.set_layer_count(region.extent.layers);

@@ -52,7 +52,7 @@ ErrorCode code_of(const Box3& box_mm, std::string* field = nullptr) {
   return code_of([&] { region_of_box(small_grid(), box_mm); }, field);
 }
 
-ErrorCode code_of(const VoxelRegion& region, std::string* field = nullptr) {
+ErrorCode code_of(const VoxelBox& region, std::string* field = nullptr) {
   return code_of([&] { validate_region(small_grid(), region); }, field);
 }
 
@@ -64,21 +64,21 @@ Box3 box(const Vec3& low, const Vec3& high) {
 }
 
 TEST(ValidateRegion, TakesVoxelsOfTheGrid) {
-  EXPECT_EQ(code_of(VoxelRegion{1, 2, 3, {7, 10, 17}}), ErrorCode{0});
-  EXPECT_EQ((VoxelRegion{1, 2, 3, {7, 10, 17}}.window()), (LayerWindow{1, 2, 7, 10}));
-  EXPECT_EQ((VoxelRegion{1, 2, 3, {7, 10, 17}}.end_layer()), 20u);
+  EXPECT_EQ(code_of(VoxelBox{1, 2, 3, {7, 10, 17}}), ErrorCode{0});
+  EXPECT_EQ((VoxelBox{1, 2, 3, {7, 10, 17}}.window()), (LayerWindow{1, 2, 7, 10}));
+  EXPECT_EQ((VoxelBox{1, 2, 3, {7, 10, 17}}.end_layer()), 20u);
 }
 
 TEST(RegionOfBox, TakesTheVoxelsWhoseCentresAreInTheBox) {
   // Centres along x: 10.25, 10.75, 11.25, ...; the lower bound holds, the upper one doesn't.
-  const VoxelRegion region = region_of_box(small_grid(), box({10.25, 20.2, 30.05}, {11.25, 21.1, 30.26}));
+  const VoxelBox region = region_of_box(small_grid(), box({10.25, 20.2, 30.05}, {11.25, 21.1, 30.26}));
   EXPECT_EQ(region.window(), (LayerWindow{0, 1, 2, 3}));
   EXPECT_EQ(region.first_layer, 0u);
   EXPECT_EQ(region.extent.layers, 3u);
 }
 
 TEST(RegionOfBox, LeavesOutWhatOfTheBoxIsOutsideOfTheGrid) {
-  const VoxelRegion region = region_of_box(small_grid(), box({0, 22, 31}, {100, 100, 100}));
+  const VoxelBox region = region_of_box(small_grid(), box({0, 22, 31}, {100, 100, 100}));
   EXPECT_EQ(region.window(), (LayerWindow{0, 8, 8, 4}));
   EXPECT_EQ(region.first_layer, 10u);
   EXPECT_EQ(region.end_layer(), 20u);
@@ -87,9 +87,8 @@ TEST(RegionOfBox, LeavesOutWhatOfTheBoxIsOutsideOfTheGrid) {
 TEST(RegionOfBox, CutsTheGridIntoBoxesThatShareNoVoxel) {
   const Grid grid = small_grid();
   for (double cut = 10.01; cut < 13.9; cut += 0.13) {
-    const VoxelRegion left = cut <= 10.25 ? VoxelRegion{} : region_of_box(grid, box({10, 20, 30}, {cut, 23, 32}));
-    const VoxelRegion right =
-        cut > 13.75 ? VoxelRegion{8, 0, 0, {}} : region_of_box(grid, box({cut, 20, 30}, {14, 23, 32}));
+    const VoxelBox left = cut <= 10.25 ? VoxelBox{} : region_of_box(grid, box({10, 20, 30}, {cut, 23, 32}));
+    const VoxelBox right = cut > 13.75 ? VoxelBox{8, 0, 0, {}} : region_of_box(grid, box({cut, 20, 30}, {14, 23, 32}));
     EXPECT_EQ(left.extent.columns, right.first_column) << cut;
     EXPECT_EQ(left.extent.columns + right.extent.columns, 8u) << cut;
   }
@@ -97,13 +96,13 @@ TEST(RegionOfBox, CutsTheGridIntoBoxesThatShareNoVoxel) {
 
 TEST(ValidateRegion, RefusesWhatIsNoRegionAndNamesTheField) {
   std::string field;
-  EXPECT_EQ(code_of(VoxelRegion{0, 0, 0, {1, 0, 1}}, &field), ErrorCode::kRegionEmpty);
+  EXPECT_EQ(code_of(VoxelBox{0, 0, 0, {1, 0, 1}}, &field), ErrorCode::kRegionEmpty);
   EXPECT_EQ(field, "region.voxels.extent.rows");
-  EXPECT_EQ(code_of(VoxelRegion{8, 0, 0, {1, 1, 1}}, &field), ErrorCode::kRegionOutOfGrid);
+  EXPECT_EQ(code_of(VoxelBox{8, 0, 0, {1, 1, 1}}, &field), ErrorCode::kRegionOutOfGrid);
   EXPECT_EQ(field, "region.voxels.first_column");
-  EXPECT_EQ(code_of(VoxelRegion{0, 0, 19, {1, 1, 2}}, &field), ErrorCode::kRegionOutOfGrid);
+  EXPECT_EQ(code_of(VoxelBox{0, 0, 19, {1, 1, 2}}, &field), ErrorCode::kRegionOutOfGrid);
   EXPECT_EQ(field, "region.voxels.extent.layers");
-  EXPECT_EQ(code_of(VoxelRegion{4'294'967'295u, 0, 0, {4'294'967'295u, 1, 1}}), ErrorCode::kRegionOutOfGrid);
+  EXPECT_EQ(code_of(VoxelBox{4'294'967'295u, 0, 0, {4'294'967'295u, 1, 1}}), ErrorCode::kRegionOutOfGrid);
 }
 
 TEST(RegionOfBox, RefusesBoxesThatAreNone) {
@@ -156,7 +155,7 @@ std::string sample_at(const EncodedPlane& plane, SampleType type, std::size_t ch
 
 /// Whether `part` is what region and order make of `whole`; both raw.
 void expect_crop(const SliceJob& job, const Layer& part, const Layer& whole) {
-  const VoxelRegion& region = *job.region;
+  const VoxelBox& region = *job.region;
   for (std::size_t p = 0; p < job.planes.size(); ++p) {
     const PlaneSpec& plane = job.planes[p];
     const std::size_t channels = channel_count(plane);
@@ -235,7 +234,7 @@ class RegionOfABox : public testing::TestWithParam<Engine> {
   }
 
   /// Regions at the middle, at the edges, across the places where rows start anew, and of single voxels.
-  std::vector<VoxelRegion> regions() const {
+  std::vector<VoxelBox> regions() const {
     const GridExtent& grid = job_.grid.extent;
     return {{grid.columns / 3, grid.rows / 3, first_, {grid.columns / 4, kHigh, kLayers}},
             {0, 0, first_, {17, grid.rows, kLayers}},
@@ -253,7 +252,7 @@ class RegionOfABox : public testing::TestWithParam<Engine> {
 };
 
 TEST_P(RegionOfABox, IsACropOfTheWhole) {
-  for (const VoxelRegion& region : regions()) {
+  for (const VoxelBox& region : regions()) {
     job_.region = region;
     const std::uint32_t first = std::max(first_, region.first_layer);
     for (const Layer& layer : slice(solid_, job_, first, std::min(kLayers, region.extent.layers))) {
@@ -320,7 +319,7 @@ TEST(Region, OfContoursKeepsLoopsThatMeetItWhole) {
   job.contours = true;
   const std::uint32_t layer = job.grid.extent.layers / 2;
   const Layer whole = slice(solid, job, layer, 1).front();
-  job.region = VoxelRegion{0, job.grid.extent.rows / 2, layer, {2, 2, 1}};
+  job.region = VoxelBox{0, job.grid.extent.rows / 2, layer, {2, 2, 1}};
   const Layer part = slice(solid, job, layer, 1).front();
   ASSERT_EQ(whole.contours.loops.size(), 2u);
   ASSERT_EQ(part.contours.loops.size(), 1u) << "the outer one alone: the hole is far from the edge";

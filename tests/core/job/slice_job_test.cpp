@@ -29,7 +29,7 @@ TEST(RegionOf, IsTheWholeGridUnlessTheJobHasOne) {
   job.grid.extent = {30, 20, 10};
   EXPECT_EQ(region_of(job).window(), (LayerWindow{0, 0, 30, 20}));
   EXPECT_EQ(region_of(job).end_layer(), 10u);
-  job.region = VoxelRegion{3, 2, 1, {5, 6, 7}};
+  job.region = VoxelBox{3, 2, 1, {5, 6, 7}};
   EXPECT_EQ(region_of(job).window(), (LayerWindow{3, 2, 5, 6}));
   EXPECT_EQ(region_of(job).first_layer, 1u);
   EXPECT_EQ(region_of(job).end_layer(), 8u);
@@ -57,7 +57,7 @@ TEST(ValidateLayerRange, KeepsWithinTheGrid) {
 TEST(ValidateLayerRange, KeepsWithinTheRegion) {
   SliceJob job;
   job.grid.extent = {1, 1, 10};
-  job.region = VoxelRegion{0, 0, 4, {1, 1, 3}};
+  job.region = VoxelBox{0, 0, 4, {1, 1, 3}};
   const auto field = [&](std::uint32_t first, std::uint32_t count) -> std::string {
     try {
       validate_layer_range(job, first, count);

@@ -87,8 +87,7 @@ TEST_F(LayerPainterTest, ChannelsAreTheLayersValues) {
   show.channel = "gradient";
   show.colours = ColourMapName::kGrey;
   show.range = ValueRange{0, 1};
-  job_.region =
-      VoxelRegion{3, 2, 0, {job_.grid.extent.columns - 5, job_.grid.extent.rows - 4, job_.grid.extent.layers}};
+  job_.region = VoxelBox{3, 2, 0, {job_.grid.extent.columns - 5, job_.grid.extent.rows - 4, job_.grid.extent.layers}};
   const std::uint32_t layer = 7;
   const PreviewPicture picture = paint(show, layer);
   const std::vector<std::uint8_t> values = sliced(channel(solid_, 0, SampleType::kFloat32), layer);

@@ -195,7 +195,7 @@ TEST_F(PicturesWithLines, OfPlanesDifferAlongTheOutlinesOnly) {
 TEST_F(PicturesWithLines, OfLayersDifferAlongTheOutlinesOnly) {
   SliceJob job = job_of(solid_, {0.4, 0.2, 0.35});
   // The outlines run along the grid's edges.
-  job.region = VoxelRegion{4, 3, 0, {job.grid.extent.columns - 4, job.grid.extent.rows - 3, job.grid.extent.layers}};
+  job.region = VoxelBox{4, 3, 0, {job.grid.extent.columns - 4, job.grid.extent.rows - 3, job.grid.extent.layers}};
   PreviewColours show;
   const PreviewPicture plain = LayerPainter({{"", solid_, layer_preview_job(job, show, true)}}, show, {}).paint(5, {});
   show.lines = PreviewLines{2, {0, 0, 0}};

@@ -130,7 +130,7 @@ TEST_F(ChannelSourcesTest, GiveTheSameBytesForAnyThreadsToleranceAndRegion) {
                 {.threads = 3, .cancel = {}});
     SliceJob part = job_;
     const GridExtent& extent = job_.grid.extent;
-    part.region = VoxelRegion{7, 5, 0, {extent.columns - 12, extent.rows - 9, extent.layers}};
+    part.region = VoxelBox{7, 5, 0, {extent.columns - 12, extent.rows - 9, extent.layers}};
     const Layer cropped = LayerSlicer(solid_, part).slice(layer_, {});
     for (std::uint32_t y = 0; y < part.region->extent.rows; ++y) {
       const std::size_t from = std::size_t{extent.columns} * (y + 5) + 7,

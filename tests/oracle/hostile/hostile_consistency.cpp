@@ -91,7 +91,7 @@ std::size_t voxel_bytes(const PlaneSpec& plane) { return sample_bytes(plane.samp
 
 /// Of `size` bytes a voxel.
 bool is_crop(std::span<const std::uint8_t> whole, std::span<const std::uint8_t> part, std::size_t size,
-             const Grid& grid, const VoxelRegion& region) {
+             const Grid& grid, const VoxelBox& region) {
   for (std::uint32_t row = 0; row < region.extent.rows; ++row) {
     const std::size_t y = region.first_row + row;
     const std::size_t from = (y * grid.extent.columns + region.first_column) * size;
@@ -104,7 +104,7 @@ bool is_crop(std::span<const std::uint8_t> whole, std::span<const std::uint8_t> 
 /// Pictures' bytes depend on all of their voxels, so numbers are read and compared.
 bool is_crop(const HostileRun& run, const PlaneSpec& plane, const EncodedPlane& whole, const EncodedPlane& part) {
   const Grid& grid = run.job.job.grid;
-  const VoxelRegion& region = *run.job.region;
+  const VoxelBox& region = *run.job.region;
   if (!shows_numbers(plane)) return is_crop(whole.bytes, part.bytes, voxel_bytes(plane), grid, region);
   const std::vector<std::uint32_t> palette =
       palette_of_plane(run.job.job, plane, run.solid->summary().cell_regions.size());
@@ -152,7 +152,7 @@ void compare_split(const HostileRun& run, HostileFinding& finding) {
 
 void compare_region(const HostileRun& run, HostileFinding& finding) {
   if (!run.job.region) return;
-  const VoxelRegion& region = *run.job.region;
+  const VoxelBox& region = *run.job.region;
   SliceJob job = without_strict_maps(run.job.asked);
   job.region = region;
   for (const Layer& delivered : slice_layers(run.solid, job, region.first_layer, region.extent.layers)) {

@@ -279,7 +279,7 @@ class JobMaker {
 
   void choose_region() {
     const GridExtent& extent = result_.job.grid.extent;
-    VoxelRegion region;
+    VoxelBox region;
     std::tie(region.first_column, region.extent.columns) = part_of(extent.columns);
     std::tie(region.first_row, region.extent.rows) = part_of(extent.rows);
     std::tie(region.first_layer, region.extent.layers) = part_of(result_.layer_count);

@@ -21,7 +21,7 @@ struct HostileJob {
   std::uint32_t first_layer = 0, layer_count = 0;  // What of it to slice,
   std::vector<std::uint32_t> inverted_layers;      // and of that what to compare with every voxel inverted. Ascending.
   double most_inverted = 0;                        // All layers are, if no more voxels than that are inside.
-  std::optional<VoxelRegion> region;               // Try a crop too. Its layers are some of those.
+  std::optional<VoxelBox> region;                  // Try a crop too. Its layers are some of those.
   std::string description;                         // In one line.
 };
 
