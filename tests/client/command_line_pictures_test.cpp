@@ -88,6 +88,23 @@ TEST_F(CommandLine, DrawsPlanesAndLayers) {
   EXPECT_THAT(layer.out, testing::AllOf(HasSubstr("soft"), HasSubstr("hard"), HasSubstr("%")));
 }
 
+TEST_F(CommandLine, DrawsLayersOfSeveralParts) {
+  const std::vector<std::string> layer = {"--layer", "3", "--pitch", "0.5", "--json"};
+  const auto pixels_inside = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "picture");
+    arguments.insert(arguments.end(), layer.begin(), layer.end());
+    const ProcessResult result = run(arguments);
+    EXPECT_EQ(result.exit_code, cli::kExitOk) << result.err;
+    return json_at(result.out, "pixels_inside").number_value();
+  };
+  const double one = pixels_inside({box_, "-o", path("one.png")});
+  EXPECT_EQ(pixels_inside({box_, box_, "--at", "0,0,0", "--at", "30,0,0", "-o", path("two.png")}), 2 * one);
+  EXPECT_EQ(pixels_inside({box_, "--at", "0,0,0", "--at", "30,0,0", "-o", path("copies.png")}), 2 * one);
+  EXPECT_THAT(run({"picture", box_, box_, "-o", path("no.png")}).err, HasSubstr("--layer"));
+  EXPECT_THAT(run({"picture", box_, "--plane", "z=1", "--at", "1,1,1", "-o", path("no.png")}).err,
+              HasSubstr("--layer"));
+}
+
 TEST_F(CommandLine, SweepsThroughThePart) {
   ASSERT_EQ(run({"picture", box_, "--sweep", "7", "--channel", "gradient", "-o", path("sheet.png")}).exit_code,
             cli::kExitOk);

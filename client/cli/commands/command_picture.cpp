@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "client/cli/base/console.h"
 #include "client/cli/base/json.h"
@@ -89,9 +90,14 @@ void run_picture(Session& session, PictureOptions options) {
   options.in_space() ? check_space_options(options) : check_plane_options(options);
   if (!options.terminal) refuse_to_overwrite(options.output, options.force);
   if (options.terminal && options.pixels == PictureOptions().pixels) options.pixels = kTerminalWidth;
-  const std::string id = ensure_on_server(session, options.mesh, options.placement);
-  const DrawnPicture drawn = options.in_space() ? draw_in_space(session, options, id)  //
-                                                : draw_planes(session, options, id);
+  std::vector<std::string> ids = {ensure_on_server(session, options.mesh, options.placement)};
+  for (const std::string& other : options.parts.more) {
+    MeshOptions mesh = options.mesh;
+    mesh.mesh = other;
+    ids.push_back(ensure_on_server(session, mesh, options.placement));
+  }
+  const DrawnPicture drawn = options.in_space() ? draw_in_space(session, options, ids.front())  //
+                                                : draw_planes(session, options, ids);
   if (!options.terminal) write_file(options.output, drawn.bytes);
   session.options().json ? print_document(options, drawn) : print_result(options, drawn);
 }
@@ -166,6 +172,7 @@ Command add_picture(CLI::App& parent, CommonOptions& common) {
   CLI::App* app = parent.add_subcommand(
       "picture", "Draw a part in space, a cut along any plane, a layer or a sweep: a PNG file, or the terminal");
   add_mesh_options(*app, options->mesh);
+  add_part_options(*app, options->parts);
   app->add_option("--channel", options->channel,
                   "Colour by this material channel; with --material the picture shows the voxels in the materials' "
                   "colours instead");

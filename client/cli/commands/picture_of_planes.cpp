@@ -69,17 +69,20 @@ void set_content(const PictureOptions& options, v1::PreviewRequest& request) {
 }
 
 /// The request; that of a free plane lacks the plane.
-v1::PreviewRequest request_of(const PictureOptions& options, const std::string& mesh_id) {
+v1::PreviewRequest request_of(const PictureOptions& options, const std::vector<std::string>& mesh_ids) {
   v1::PreviewRequest request;
   set_content(options, request);
   if (options.layer) {
     v1::PreviewLayer& layer = *request.mutable_plane()->mutable_layer();
     layer.set_layer(*options.layer);
     *layer.mutable_job() = parse_job(options.grid, options.placement, options.printing);
-    layer.mutable_job()->mutable_parts(0)->set_mesh_id(mesh_id);
+    place_parts(options.mesh.mesh, options.parts, *layer.mutable_job());
+    for (std::size_t p = 0; p < mesh_ids.size(); ++p) {
+      layer.mutable_job()->mutable_parts(static_cast<int>(p))->set_mesh_id(mesh_ids[p]);
+    }
     return request;
   }
-  request.set_mesh_id(mesh_id);
+  if (!mesh_ids.empty()) request.set_mesh_id(mesh_ids.front());
   *request.mutable_placement() = parse_placement(options.placement);
   const std::optional<v1::Printing> printing = parse_printing(options.printing);
   if (printing) *request.mutable_printing() = *printing;
@@ -234,13 +237,16 @@ void check_plane_options(const PictureOptions& options) {
         "and --terminal");
   }
   if (!options.plane.empty()) parse_cut_plane(options.plane);
-  request_of(options, "");
+  if (!options.layer && (!options.parts.more.empty() || !options.parts.places.empty())) {
+    throw UsageError("pictures of several parts are of layers: give --layer, or draw one part");
+  }
+  request_of(options, {});
 }
 
-DrawnPicture draw_planes(Session& session, const PictureOptions& options, const std::string& mesh_id) {
-  const v1::PreviewRequest request = request_of(options, mesh_id);
+DrawnPicture draw_planes(Session& session, const PictureOptions& options, const std::vector<std::string>& mesh_ids) {
+  const v1::PreviewRequest request = request_of(options, mesh_ids);
   if (options.sweep == 0) return draw_plane(session, options, request);
-  return {sweep_of(session, options, request, part_box(session, mesh_id, request.placement()))};
+  return {sweep_of(session, options, request, part_box(session, mesh_ids.front(), request.placement()))};
 }
 
 }  // namespace ccslice::cli

@@ -13,6 +13,7 @@
 #include "ccslice/v1/preview.pb.h"
 #include "client/cli/meshes/mesh_source.h"
 #include "client/cli/options/job.h"
+#include "client/cli/options/part_places.h"
 #include "client/cli/options/placement.h"
 #include "client/cli/options/printing.h"
 
@@ -20,6 +21,7 @@ namespace ccslice::cli {
 
 struct PictureOptions {
   MeshOptions mesh;
+  PartOptions parts;  // Of layers.
   GridOptions grid;
   PlacementOptions placement;
   PrintingOptions printing;
@@ -51,7 +53,8 @@ struct DrawnPicture {
 
 /// Throws UsageError for options that don't go together. Before anything is uploaded.
 void check_plane_options(const PictureOptions& options);
-DrawnPicture draw_planes(Session& session, const PictureOptions& options, const std::string& mesh_id);
+/// `mesh_ids`: of all parts.
+DrawnPicture draw_planes(Session& session, const PictureOptions& options, const std::vector<std::string>& mesh_ids);
 
 void check_space_options(const PictureOptions& options);
 DrawnPicture draw_in_space(Session& session, const PictureOptions& options, const std::string& mesh_id);
