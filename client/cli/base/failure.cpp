@@ -73,7 +73,10 @@ Failure failure_of_call(const client::ClientError& error, const std::string& job
   if (error.code() == grpc::StatusCode::DEADLINE_EXCEEDED && error.reason().empty()) {
     message = "not done within the time of --timeout; give more seconds, or leave it out";
   }
-  if (!error.missing_mesh_id().empty()) message += "; upload its file again, or name the file instead of the id";
+  if (!error.missing_mesh_id().empty()) {
+    message += job_file.empty() ? "; upload its file again, or name the file instead of the id"
+                                : "; or name its file as MESH beside --job";
+  }
   return {exit_code_of(error), error.reason().empty() ? code : echoed(error.reason()), message};
 }
 

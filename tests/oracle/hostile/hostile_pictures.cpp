@@ -89,7 +89,7 @@ Picture grey_of(const TinyPng& png, const GridExtent& extent) {
   return picture;
 }
 
-/// `solid` and `job`: for the names of channels, and the colours of numbers.
+/// `solid` and `job`: for the colours of numbers.
 Picture read(const SolidSummary& solid, const SliceJob& job, const PlaneSpec& plane, const EncodedPlane& encoded,
              const GridExtent& extent) {
   switch (plane.encoding) {
@@ -98,9 +98,7 @@ Picture read(const SolidSummary& solid, const SliceJob& job, const PlaneSpec& pl
     case Encoding::kTiff:
     case Encoding::kExr:
     case Encoding::kTiffAlpha: {
-      std::vector<std::string> names;
-      for (const std::uint32_t channel : plane.channels) names.push_back(solid.channels[channel].name);
-      ImageFile file = read_image_file(encoded.bytes, plane, names, extent);
+      ImageFile file = read_image_file(encoded.bytes, plane, plane.channels, extent);
       return {std::move(file.samples), std::move(file.alpha)};
     }
     default: break;
