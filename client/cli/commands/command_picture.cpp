@@ -69,7 +69,7 @@ void print_document(const PictureOptions& options, const DrawnPicture& drawn) {
 void print_result(const PictureOptions& options, const DrawnPicture& drawn) {
   if (options.terminal) {
     return print_line(drawn.bytes + legend_text(options, *drawn.header) + "; a character is " +
-                      show_number(drawn.header->across_mm_per_pixel()) + " mm wide");
+                      show_number(drawn.character_mm) + " mm wide");
   }
   std::string text = options.output + ": " + show_bytes(drawn.bytes.size());
   if (drawn.width > 0) text += ", " + std::to_string(drawn.width) + " x " + std::to_string(drawn.height);

@@ -178,14 +178,14 @@ std::string sweep_of(Session& session, const PictureOptions& options, v1::Previe
 
 /// Brighter pixels are denser characters, which are twice as high as wide. Of pictures that are wider than `most` only
 /// some pixels are drawn.
-std::string characters_of(const client::PreviewPicture& picture, std::uint32_t most) {
+DrawnPicture characters_of(const client::PreviewPicture& picture, std::uint32_t most) {
   const std::uint32_t width = picture.header.width(), height = picture.header.height();
   const std::uint32_t across = (width + most - 1) / most;
   const double up_per_across = picture.header.up_mm_per_pixel() / picture.header.across_mm_per_pixel();
   const auto up = static_cast<std::uint32_t>(std::max(1.0, std::round(2 * across / up_per_across)));
   const auto* rgba = reinterpret_cast<const std::uint8_t*>(picture.bytes.data());
   std::string text;
-  for (std::uint32_t y = up / 2; y < height; y += up) {
+  for (std::uint32_t y = std::min(up / 2, height - 1); y < height; y += up) {
     std::string line;
     for (std::uint32_t x = across / 2; x < width; x += across) {
       const std::uint8_t* const pixel = rgba + 4 * (std::size_t{y} * width + x);
@@ -195,7 +195,7 @@ std::string characters_of(const client::PreviewPicture& picture, std::uint32_t m
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";
   }
-  return text;
+  return {text, width, height, picture.header, across * picture.header.across_mm_per_pixel()};
 }
 
 /// One for each character.
@@ -219,9 +219,8 @@ DrawnPicture draw_plane(Session& session, const PictureOptions& options, v1::Pre
   }
   if (options.terminal) request.set_encoding(v1::PREVIEW_ENCODING_RGBA);
   client::PreviewPicture picture = session.client().preview(request, session.call());
-  const std::uint32_t width = picture.header.width(), height = picture.header.height();
-  return {options.terminal ? characters_of(picture, options.pixels) : std::move(picture.bytes), width, height,
-          std::move(picture.header)};
+  if (options.terminal) return characters_of(picture, options.pixels);
+  return {std::move(picture.bytes), picture.header.width(), picture.header.height(), picture.header};
 }
 
 }  // namespace

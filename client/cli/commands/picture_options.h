@@ -49,6 +49,7 @@ struct DrawnPicture {
   std::string bytes;  // Of the file, or lines of characters for the terminal.
   std::uint32_t width = 0, height = 0;
   std::optional<v1::PreviewHeader> header = std::nullopt;  // Of one plane.
+  double character_mm = 0;                                 // For the terminal: the width of one.
 };
 
 /// Throws UsageError for options that don't go together. Before anything is uploaded.
