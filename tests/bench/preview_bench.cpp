@@ -264,14 +264,14 @@ int differing_alone(client::Client& client, const Subject& subject, const std::v
     const auto first = points.begin() + static_cast<std::ptrdiff_t>(3 * p);
     const v1::ProbePointsResponse alone = client.probe(subject.id, {}, {first, first + 3}).front();
     const v1::ProbePointsResponse& together = answers[p / static_cast<std::size_t>(per_answer)];
-    const int at = static_cast<int>(p) % per_answer, channels = alone.materials_size();
+    const int at = static_cast<int>(p) % per_answer, channels = alone.channel_values_size();
     const auto same = [](const auto& one, const auto& all, int begin) {
       return std::equal(one.begin(), one.end(), all.begin() + begin);
     };
     const bool equal =
         same(alone.locations(), together.locations(), at) && same(alone.limit_cells(), together.limit_cells(), at) &&
         same(alone.control_cells(), together.control_cells(), at) && same(alone.uvw(), together.uvw(), 3 * at) &&
-        same(alone.materials(), together.materials(), channels * at) &&
+        same(alone.channel_values(), together.channel_values(), channels * at) &&
         same(alone.residuals_mm(), together.residuals_mm(), at);
     differing += equal ? 0 : 1;
   }

@@ -535,7 +535,7 @@ class SurfaceReader {
     if (message.has_header()) header = message.header();
     const v1::VertexChunk& more = message.vertex_chunk();
     positions_mm.insert(positions_mm.end(), more.positions_mm().begin(), more.positions_mm().end());
-    materials.insert(materials.end(), more.materials().begin(), more.materials().end());
+    materials.insert(materials.end(), more.channel_values().begin(), more.channel_values().end());
     const auto& vertices = message.triangle_chunk().vertices();
     triangles.insert(triangles.end(), vertices.begin(), vertices.end());
     return true;

@@ -231,7 +231,7 @@ class PointTalk {
   std::optional<double> read() {
     v1::ProbePointsResponse response;
     if (!stream_->Read(&response)) return std::nullopt;
-    return response.materials(0);
+    return response.channel_values(0);
   }
   std::optional<double> ask(double x_mm, const std::string& mesh_id = "") {
     return send(x_mm, mesh_id) ? read() : std::nullopt;

@@ -135,7 +135,7 @@ def probe(slicer, mesh_id, points_mm):
     flat = [coordinate for point in points_mm for coordinate in point]
     answer = next(slicer.ProbePoints(iter([points_pb2.ProbePointsRequest(mesh_id=mesh_id, points_mm=flat)])))
     inside = (location == points_pb2.POINT_LOCATION_INSIDE for location in answer.locations)
-    return [value if there else None for there, value in zip(inside, answer.materials)]
+    return [value if there else None for there, value in zip(inside, answer.channel_values)]
 
 
 def failure(call, *arguments):
