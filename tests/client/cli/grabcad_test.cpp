@@ -33,7 +33,7 @@ class Grabcad : public CommandLine {
                                       "--grade=g=z:0..1",
                                       "--dpi=60,30",
                                       "--layer-height=0.1",
-                                      "--for=grabcad",
+                                      "--format=grabcad",
                                       "--map=blend:g:0=VeroCY-V,1=VeroMGT-V",
                                       "-o",
                                       path(output)};
@@ -119,7 +119,7 @@ TEST_F(Grabcad, WhatItDoesntTakeIsRefusedByName) {
            "--material=d=#040404", "--material=e=#050505"},
           "at most 6");
   refused({two_[0], "--material=Unknown"}, "Unknown");
-  std::vector<std::string> bare = {"slice", box_, "--pitch=1", "--for=grabcad", "-o", path("out")};
+  std::vector<std::string> bare = {"slice", box_, "--pitch=1", "--format=grabcad", "-o", path("out")};
   const ProcessResult result = run(bare);
   EXPECT_EQ(result.exit_code, cli::kExitUsage);
   EXPECT_THAT(result.err, HasSubstr("VeroCY-V")) << "the names that it may have";
@@ -134,13 +134,13 @@ TEST_F(Grabcad, ABackgroundOfAMaterialsColourIsRefused) {
 }
 
 TEST_F(Grabcad, WarnsOfUnknownNamesAndFewLayers) {
-  const ProcessResult result = run(
-      {"slice", box_, "--pitch=1", "--for=grabcad", "--material=gum=#ff8800", "--map=material:gum", "-o", path("out")});
+  const ProcessResult result = run({"slice", box_, "--pitch=1", "--format=grabcad", "--material=gum=#ff8800",
+                                    "--map=material:gum", "-o", path("out")});
   ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
   EXPECT_THAT(result.err, HasSubstr("'gum'"));
   EXPECT_THAT(result.err, HasSubstr("no fewer than 30"));
-  EXPECT_EQ(run({"slice", box_, "--pitch=1", "--for=grabcad", "--material=gum=#ff8800", "--map=material:gum", "--quiet",
-                 "-o", path("quiet")})
+  EXPECT_EQ(run({"slice", box_, "--pitch=1", "--format=grabcad", "--material=gum=#ff8800", "--map=material:gum",
+                 "--quiet", "-o", path("quiet")})
                 .err,
             "");
 }

@@ -146,7 +146,7 @@ TEST(HostileJob, MeetsAllKindsOfRegionsPlanesAndMaterials) {
                            " region 1 ",
                            "BLUE_NOISE",
                            "ERROR_DIFFUSION",
-                           "NEAREST",
+                           "LARGEST_FRACTION",
                            "WHITE_NOISE",
                            " alone",
                            "a strict map",
