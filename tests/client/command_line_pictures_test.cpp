@@ -24,7 +24,7 @@ TEST_F(CommandLine, DrawsCutsAndLayersInTheTerminal) {
   ASSERT_EQ(result.exit_code, cli::kExitOk) << result.err;
   EXPECT_THAT(result.out, HasSubstr("....."));
   EXPECT_THAT(result.out, HasSubstr("@@@@@\n"));
-  EXPECT_THAT(result.out, HasSubstr("gradient from 0 to 1, '.' to '@'"));
+  EXPECT_THAT(result.out, HasSubstr("gradient from 0.0125 to 0.9875, '.' to '@'"));
   const ProcessResult plane =
       run({"picture", box_, "--channel", "gradient", "--terminal", "--plane", "z=4", "--pixels", "48"});
   EXPECT_EQ(plane.out, result.out);

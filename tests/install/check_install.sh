@@ -61,7 +61,7 @@ expect slice ccslice sl
 expect help ccslice he
 expect --halftone ccslice slice --half
 expect error-diffusion ccslice slice --halftone err
-expect grabcad ccslice slice --for ""
+expect grabcad ccslice slice --format ""
 expect box.ccmesh ccslice slice bo
 expect plan ccslice help pl
 [[ $(completions_of ccslice models --half) == "" ]] || fail "models has no --halftone"

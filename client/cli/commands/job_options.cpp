@@ -24,6 +24,9 @@ v1::SliceJob job_of_file(const JobOptions& options) {
     throw UsageError(option->get_name() + ": --job says the whole job; leave the option out, or change the file");
   }
   v1::SliceJob job = read_job_file(options.file);
+  for (v1::Part& part : *job.mutable_parts()) {
+    if (part.placements().empty()) *part.add_placements() = parse_placement({});  // The contract's default.
+  }
   const std::size_t meshes = options.mesh.mesh.empty() ? 0 : 1 + options.parts.more.size();
   if (meshes != 0 && meshes != static_cast<std::size_t>(job.parts_size())) {
     throw UsageError("--job: " + options.file + " has " +
