@@ -31,12 +31,14 @@ if(CCSLICE_BUILD_CLIENT)
     FILES_MATCHING
     PATTERN "*.pb.h"
     PATTERN "CMakeFiles" EXCLUDE
+    PATTERN "ccslice/cli" EXCLUDE
   )
   install(
     DIRECTORY "${PROJECT_SOURCE_DIR}/proto/ccslice" "${PROJECT_SOURCE_DIR}/proto/google"
     DESTINATION "${CMAKE_INSTALL_DATADIR}/ccslice/proto"
     FILES_MATCHING
     PATTERN "*.proto"
+    PATTERN "ccslice/cli" EXCLUDE
   )
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/docs/schemas" DESTINATION "${CMAKE_INSTALL_DATADIR}/ccslice")
 

@@ -48,11 +48,11 @@ def validate(document, name, seen):
 
 
 def require_colours(document, name):
-    """Wherever a colour is, it has the one form."""
+    """Wherever a colour is, it has the one form; but for jobs, which are protobuf's own JSON."""
     for key, value in document.items() if isinstance(document, dict) else enumerate(document):
         if str(key).endswith("rgba"):
             require(COLOUR.fullmatch(value), f"{name}: the colour {value}")
-        elif isinstance(value, (dict, list)):
+        elif isinstance(value, (dict, list)) and key != "slice_job":
             require_colours(value, name)
 
 

@@ -43,7 +43,7 @@ TEST_F(CommandLine, CellRegionsComeFromNumbersOfCells) {
   ASSERT_EQ(run(outlines).exit_code, 0);
   const std::string loops = read_file_bytes(path("o") + "/layer_0004_contours.json", 1 << 20);
   EXPECT_EQ(json_at(loops, "loops").list_value().values_size(), 2);
-  EXPECT_EQ(json_at(loops, "cell_regions").list_value().values(1).number_value(), 2);
+  EXPECT_EQ(json_at(loops, "loops").list_value().values(1).struct_value().fields().at("cell_region").number_value(), 2);
   EXPECT_EQ(json_at(read_file_bytes(path("o") + "/manifest.json", 1 << 20), "cell_regions").list_value().values_size(),
             2);
   const ProcessResult picture = run({"picture", mesh, "--regions-from", "reference", "--cell-regions", "--voxels", "24",

@@ -299,7 +299,7 @@ TEST_F(Join, SharesOfDifferentEnginesAndGridsAreRefused) {
     EXPECT_THAT(result.err, AllOf(HasSubstr(shares[0] + " and " + other), HasSubstr(said)));
     EXPECT_FALSE(fs::exists(path("refused")));
   };
-  refused(newer[1], "ENGINE_MIXED", "are of two engines, \"engine-1\" and \"engine-2\"; slice all shares");
+  refused(newer[1], "ENGINE_MIXED", "are of two engines, engine-1 and engine-2; slice all shares");
   refused(drifted[1], "GRID_MIXED", "have different grids; slice all shares");
 }
 

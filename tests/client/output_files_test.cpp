@@ -117,7 +117,7 @@ TEST(LayerFiles, DrawContoursAsOnePathInMm) {
 
 TEST(LayerFiles, NameFacesAndParametersOfContoursAsJson) {
   const std::string text = LayerFiles({}, {ContourFormat::kJson}, 10).of(layer_of(3, {}))[0].bytes;
-  EXPECT_THAT(text, HasSubstr("\"faces\":[[1,1,1]],\"parameters\":[[[0,0],[0,0],[0,0]]]"));
+  EXPECT_THAT(text, HasSubstr("\"faces\":[1,1,1],\"parameters\":[0,0,0,0,0,0]}]"));
 }
 
 TEST(LayerFolder, RefusesToMixRuns) {

@@ -11,10 +11,10 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 checks='-*,readability-function-size'
 
 # clang can't read the compiler's precompiled headers. Dozens of sources share a unit, so that headers are read once.
-# What is generated isn't checked, and of it only the contract's headers are there.
+# What is generated isn't checked, and of it only the headers of messages are there.
 cmake -S . -B build/tidy -G Ninja -D CMAKE_BUILD_TYPE=Release -D CMAKE_DISABLE_PRECOMPILE_HEADERS=ON \
   -D CMAKE_UNITY_BUILD=ON -D CCSLICE_BUILD_TESTS=OFF >build/tidy.log
-cmake --build build/tidy --target ccslice_proto >>build/tidy.log
+cmake --build build/tidy --target ccslice_proto ccslice_cli_proto >>build/tidy.log
 
 mapfile -t units < <(python3 -c '
 import json

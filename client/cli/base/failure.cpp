@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/base/option_of_field.h"
 #include "client/cli/base/text_values.h"
 #include "client/client_error.h"
@@ -93,10 +93,11 @@ Failure failure_of(const std::exception& exception, const std::string& job_file)
 }
 
 void print_error_document(const Failure& failure) {
-  JsonWriter document;
-  document.begin_object().key("error").begin_object().member("exit_code", static_cast<int>(failure.exit_code));
-  document.member("reason", failure.reason).member("message", failure.message).end_object().end_object();
-  print_line(document.text());
+  v1::FailureDocument document;
+  document.mutable_error()->set_exit_code(static_cast<std::uint32_t>(failure.exit_code));
+  document.mutable_error()->set_reason(failure.reason);
+  document.mutable_error()->set_message(failure.message);
+  print_line(json_of(document));
 }
 
 void print_failure(const Failure& failure, bool json) {

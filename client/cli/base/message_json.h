@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Messages of the contract as JSON for scripts. Unlike protobuf's own mapping, numbers are numbers, zeros are there,
-// and a colour has the form that it has everywhere else.
+// Messages of proto/ccslice/cli/v1 as JSON: what --json prints, and files that we read again. form.proto says what they
+// look like. Unlike in protobuf's own mapping, numbers of 64 bits are numbers, and zeros are there.
 
 #pragma once
 
@@ -12,17 +12,41 @@
 #include <optional>
 #include <string>
 
-#include "client/cli/base/json.h"
+#include "client/cli/base/messages.h"
 
 namespace ccslice::cli {
+
+std::string json_of(const google::protobuf::Message& message);
+
+/// An array.
+template <class Messages>
+std::string json_list_of(const Messages& messages) {
+  std::string text;
+  for (const auto& message : messages) text += (text.empty() ? "" : ",") + json_of(message);
+  return "[" + text + "]";
+}
+
+/// Reads what json_of() wrote, unless the message has a Vector3. Members that the message lacks are left out; returns
+/// false if others don't fit it, or if the text isn't an object.
+[[nodiscard]] bool read_json(const std::string& text, google::protobuf::Message& message);
+
+/// The message in protobuf's own JSON, with names as in the contract. `zeros`: of fields without presence, too.
+std::string protobuf_json(const google::protobuf::Message& message, bool zeros = false);
+
+/// Copies what `from` has under the same names into `to`, which loses all else. Throws Error{kInternal} if something of
+/// the same name has another form.
+void take_fields(const google::protobuf::Message& from, google::protobuf::Message& to);
+
+template <class To>
+To with_fields_of(const google::protobuf::Message& from) {
+  To to;
+  take_fields(from, to);
+  return to;
+}
 
 /// "#c8d2dcff" of 0xRRGGBBAA.
 std::string colour_text(std::uint32_t rgba);
 /// 0xRRGGBBAA of "#c8d2dcff"; nothing of any other text.
 std::optional<std::uint32_t> colour_of_text(const std::string& text);
-
-/// The message as an object: its fields by their names in the contract, all that have no presence and those that are
-/// set. Enumeration values have their names, and fields called rgba are colours. REQUIRES: what repeats are messages.
-void add_message(const google::protobuf::Message& message, JsonWriter& json);
 
 }  // namespace ccslice::cli

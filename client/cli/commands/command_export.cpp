@@ -6,7 +6,7 @@
 #include <string>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/base/output_file.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/commands/commands.h"
@@ -35,11 +35,14 @@ Writer writer_of(const std::string& output) {
 
 void report(const Session& session, const std::string& output, const client::Surface& surface, std::size_t bytes) {
   if (session.options().json) {
-    JsonWriter json;
-    json.begin_object().member("file", output).member("mesh_id", surface.header.mesh_id());
-    json.member("triangles", surface.triangles.size()).member("vertices", surface.points_mm.size());
-    json.member("volume_mm3", volume_mm3(surface)).member("size_bytes", bytes).end_object();
-    return print_line(json.text());
+    v1::BoundaryFile file;
+    file.set_file(output);
+    file.set_mesh_id(surface.header.mesh_id());
+    file.set_triangles(surface.triangles.size());
+    file.set_vertices(surface.points_mm.size());
+    file.set_volume_mm3(volume_mm3(surface));
+    file.set_size_bytes(bytes);
+    return print_line(json_of(file));
   }
   print_line(output + ": " + show_count(surface.triangles.size()) + " triangles, " +
              show_count(surface.points_mm.size()) + " vertices, " + show_number(volume_mm3(surface)) + " mm^3, " +

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/base/processors.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/commands/commands.h"
@@ -21,7 +21,7 @@
 #include "client/cli/meshes/mesh_convert.h"
 #include "client/cli/meshes/mesh_source.h"
 #include "client/cli/meshes/numbering.h"
-#include "client/cli/output/manifest.h"
+#include "client/cli/output/documents.h"
 #include "core/base/echo.h"
 #include "core/mesh/cell_counts.h"
 #include "core/mesh/cell_kind.h"
@@ -117,45 +117,50 @@ FileFacts facts_of(const LoadedMesh& loaded, bool full, bool quiet) {
   return facts;
 }
 
-void add_limit(const LimitFacts& limit, const FileNumbers& numbers, JsonWriter& json) {
-  json.key("bounding_box");
-  add_json(limit.summary.bounding_box(), json);
-  json.key("deviation");
-  add_json(limit.summary.deviation(), json, &numbers);
-  add_faults(limit.summary, json, &numbers);
-  json.member("preparation_bytes", limit.preparation_bytes);
+v1::FileRegion document_of_region(const CellRegionSummary& region, bool full) {
+  v1::FileRegion document;
+  document.set_name(region.name);
+  document.set_control_cells(region.control_cells);
+  if (full) document.set_volume_mm3(region.volume_mm3);
+  document.set_control_volume_mm3(region.control_volume_mm3);
+  return document;
 }
 
-void add_region(const CellRegionSummary& region, bool full, JsonWriter& json) {
-  if (full) return add_json(to_proto(region), json);
-  json.begin_object().member("name", region.name).member("control_cells", region.control_cells);
-  json.member("control_volume_mm3", region.control_volume_mm3).end_object();
+void count_cells(const FileFacts& facts, v1::FileDocument& document) {
+  const auto count = [&](CellKind kind) { return facts.cells_by_kind[static_cast<std::size_t>(kind)]; };
+  document.set_hexahedra(count(CellKind::kHex));
+  document.set_tetrahedra(count(CellKind::kTet));
+  document.set_wedges(count(CellKind::kWedge));
 }
 
-std::string file_as_json(const LoadedMesh& loaded, const FileFacts& facts) {
-  JsonWriter json;
-  json.begin_object().member("mesh_id", loaded.bytes->id()).member("size_bytes", loaded.bytes->bytes().size());
-  json.member("vertices", loaded.mesh.vertex_count());
-  for (std::size_t kind = 0; kind < kCellKinds.size(); ++kind) {
-    json.member(kCellKinds[kind].plural, facts.cells_by_kind[kind]);
+v1::FileDocument document_of_file(const LoadedMesh& loaded, const FileFacts& facts) {
+  v1::FileDocument document;
+  if (facts.limit) {
+    document = document_of_limit(facts.limit->summary, loaded.numbers);
+    document.set_preparation_bytes(facts.limit->preparation_bytes);
   }
-  json.member("parts", loaded.parts.count).member("parts_of_one_cell", loaded.parts.of_one_cell);
-  json.member("sharp_edges", loaded.mesh.sharp_edges.size())
-      .member("inverted_cells", loaded.report.inverted_cells.size());
-  json.key("control_box");
-  add_json(to_proto(facts.box), json);
-  json.member("control_volume_mm3", facts.volume_mm3).member("full", facts.limit.has_value());
-  if (facts.limit) add_limit(*facts.limit, loaded.numbers, json);
-  json.key("channels").begin_array();
+  document.set_full(facts.limit.has_value());
+  document.set_mesh_id(loaded.bytes->id());
+  document.set_size_bytes(loaded.bytes->bytes().size());
+  document.set_vertices(loaded.mesh.vertex_count());
+  count_cells(facts, document);
+  document.set_parts(loaded.parts.count);
+  document.set_parts_of_one_cell(loaded.parts.of_one_cell);
+  document.set_sharp_edges(loaded.mesh.sharp_edges.size());
+  document.set_inverted_cells(loaded.report.inverted_cells.size());
+  *document.mutable_control_box() = to_proto(facts.box);
+  document.set_control_volume_mm3(facts.volume_mm3);
   for (std::size_t i = 0; i < facts.channel_ranges.size(); ++i) {
-    json.begin_object().member("name", loaded.mesh.channel_names[i]).member("min_value", facts.channel_ranges[i][0]);
-    json.member("max_value", facts.channel_ranges[i][1]).end_object();
+    v1::Channel& channel = *document.add_channels();
+    channel.set_name(loaded.mesh.channel_names[i]);
+    channel.set_min_value(facts.channel_ranges[i][0]);
+    channel.set_max_value(facts.channel_ranges[i][1]);
   }
-  json.end_array().key("cell_regions").begin_array();
-  for (const CellRegionSummary& region : facts.cell_regions) add_region(region, facts.limit.has_value(), json);
-  json.end_array();
-  add_notes(loaded, json);
-  return json.end_object().text();
+  for (const CellRegionSummary& region : facts.cell_regions) {
+    *document.add_cell_regions() = document_of_region(region, facts.limit.has_value());
+  }
+  *document.mutable_notes() = {loaded.warnings.begin(), loaded.warnings.end()};
+  return document;
 }
 
 /// Names the mesh that the volume within straight edges belongs to.
@@ -209,21 +214,17 @@ std::string file_as_text(const std::string& name, const LoadedMesh& loaded, cons
 
 template <typename Message>
 void print_message(const Session& session, const Message& message) {
-  if (!session.options().json) return print_line(describe(message));
-  JsonWriter json;
-  add_json(message, json);
-  print_line(json.text());
+  print_line(session.options().json ? json_of(document_of(message)) : describe(message));
 }
 
 void print_meshes(Session& session) {
   const std::vector<v1::MeshSummary> meshes = session.client().list_meshes(session.call());
-  JsonWriter json;
-  json.begin_array();
+  std::vector<v1::ServerMesh> documents;
   for (const v1::MeshSummary& mesh : meshes) {
     if (!session.options().json) print_line(describe(mesh));
-    add_json(mesh, json);
+    documents.push_back(document_of(mesh));
   }
-  if (session.options().json) return print_line(json.end_array().text());
+  if (session.options().json) return print_line(json_list_of(documents));
   if (meshes.empty() && !session.quiet()) print_note("the server holds no meshes");
 }
 
@@ -238,7 +239,8 @@ void run_info(Session& session, const InfoOptions& options) {
   }
   const LoadedMesh loaded = load_mesh(options.mesh, session.quiet());
   const FileFacts facts = facts_of(loaded, options.full, session.quiet());
-  print_line(session.options().json ? file_as_json(loaded, facts) : file_as_text(options.mesh.mesh, loaded, facts));
+  print_line(session.options().json ? json_of(document_of_file(loaded, facts))
+                                    : file_as_text(options.mesh.mesh, loaded, facts));
 }
 
 }  // namespace

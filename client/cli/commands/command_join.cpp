@@ -14,10 +14,12 @@
 
 #include "client/call.h"
 #include "client/cli/base/console.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/base/output_file.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/output/joined_job.h"
+#include "client/cli/output/layer_entry.h"
 #include "client/cli/output/layer_folder.h"
 #include "core/base/error.h"
 
@@ -54,29 +56,29 @@ void refuse_output(const JoinOptions& options) {
               options.output + " isn't empty; take another folder, or --force to write beside what is in it");
 }
 
-std::string fault_of_file(const fs::path& path, const FileEntry& file) {
+std::string fault_of_file(const fs::path& path, const v1::StoredFile& file) {
   std::error_code status;
   const std::uintmax_t bytes = fs::file_size(path, status);
   if (status) return "can't be read: " + status.message();
-  if (bytes == file.bytes) return "has changed since: its SHA-256 is another one";
-  return "has " + std::to_string(bytes) + " bytes instead of " + std::to_string(file.bytes);
+  if (bytes == file.file_bytes()) return "has changed since: its SHA-256 is another one";
+  return "has " + std::to_string(bytes) + " bytes instead of " + std::to_string(file.file_bytes());
 }
 
-std::string whole_file(const ShareFolder& share, const FileEntry& file) {
+std::string whole_file(const ShareFolder& share, const v1::StoredFile& file) {
   std::optional<std::string> bytes = read_whole_file(share.path, file);
   if (bytes) return std::move(*bytes);
-  const fs::path path = share.path / file.name;
+  const fs::path path = share.path / file.file();
   throw Error(ErrorCode::kFileSyntax, path.string() + " " + fault_of_file(path, file) + "; slice that share anew: " +
                                           "--share " + describe(share.record.share) + " --force");
 }
 
 /// A link if the file system has such, or else a copy. Links of symbolic links would lead elsewhere.
-void put_file(const ShareFolder& share, const FileEntry& file, const fs::path& folder, JoinResult& result) {
+void put_file(const ShareFolder& share, const v1::StoredFile& file, const fs::path& folder, JoinResult& result) {
   const std::string bytes = whole_file(share, file);
-  const fs::path from = share.path / file.name, to = folder / file.name;
+  const fs::path from = share.path / file.file(), to = folder / file.file();
   std::error_code status;
   if (fs::exists(fs::symlink_status(to, status))) {
-    throw Error(ErrorCode::kFileSyntax, (share.path / kManifest).string() + " names " + file.name + " a second time");
+    throw Error(ErrorCode::kFileSyntax, (share.path / kManifest).string() + " names " + file.file() + " a second time");
   }
   ++result.files;
   if (fs::is_regular_file(fs::symlink_status(from, status))) {
@@ -98,7 +100,7 @@ void put_layers(Session& session, const JoinedJob& job, const fs::path& folder, 
     const ShareFolder& share = job.shares()[s];
     for (std::size_t i = 0; i < share.layers.size(); ++i) {
       if (session.call().cancellation->cancelled()) client::throw_cancelled_here();
-      for (const FileEntry& file : share.layers[i].files) {
+      for (const v1::StoredFile& file : files_of_entry(share.layers[i])) {
         job.takes(s, i) ? put_file(share, file, folder, result) : static_cast<void>(whole_file(share, file));
       }
       if (job.takes(s, i)) progress.update(++done);
@@ -111,20 +113,29 @@ void put_contact_sheet(const JoinedJob& job, const fs::path& folder, JoinResult&
   if (share == nullptr) return;
   std::error_code status;
   const std::uintmax_t bytes = fs::file_size(share->path / kContactSheet, status);
-  put_file(*share, {kContactSheet, status ? 0 : bytes, share->record.contact_sheet}, folder, result);
+  v1::StoredFile sheet;
+  sheet.set_file(kContactSheet);
+  sheet.set_file_bytes(status ? 0 : bytes);
+  sheet.set_sha256(share->record.contact_sheet);
+  put_file(*share, sheet, folder, result);
   result.contact_sheet = (folder / kContactSheet).string();
 }
 
 void report_joined(const Session& session, const JoinOptions& options, const JoinedJob& job, const JoinResult& result) {
   if (session.options().json) {
     const ShareFolder& any = job.shares().front();
-    JsonWriter json;
-    json.begin_object().member("output", options.output).key("mesh_id").raw(any.member("mesh_id"));
-    json.key("engine_version").raw(any.member("engine_version")).member("shares", job.shares().size());
-    json.member("layers", job.layers()).member("files", result.files).member("linked_files", result.linked_files);
-    json.member("written_bytes", result.written_bytes).member("seconds", result.seconds);
-    if (!result.contact_sheet.empty()) json.member("contact_sheet", result.contact_sheet);
-    return print_line(json.end_object().text());
+    v1::JoinedLayers document;
+    document.set_output(options.output);
+    document.set_mesh_id(any.manifest.mesh_id());
+    document.set_engine_version(any.manifest.engine_version());
+    document.set_shares(static_cast<std::uint32_t>(job.shares().size()));
+    document.set_layers(job.layers());
+    document.set_files(result.files);
+    document.set_linked_files(result.linked_files);
+    document.set_written_bytes(result.written_bytes);
+    document.set_seconds(result.seconds);
+    if (!result.contact_sheet.empty()) document.set_contact_sheet(result.contact_sheet);
+    return print_line(json_of(document));
   }
   print_line(show_count(job.layers(), "layer") + " of " + show_count(job.shares().size(), "folder") + ", " +
              show_count(result.files) + " files, " + show_count(result.linked_files) + " of them linked, in " +
@@ -138,7 +149,7 @@ void run_join(Session& session, const JoinOptions& options) {
   std::vector<ShareFolder> shares;
   for (const std::string& share : options.shares) shares.push_back(read_share_folder(share));
   const JoinedJob job(std::move(shares));
-  const std::string manifest = job.manifest();
+  const std::string manifest = json_of(job.manifest()) + "\n";
   ClaimedFolder folder(options.output, options.force ? Existing::kReplace : Existing::kRefuse);
   JoinResult result;
   try {

@@ -3,9 +3,10 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/base/output_file.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/commands/commands.h"
@@ -24,14 +25,14 @@ struct ModelsOptions {
 };
 
 void list_models(const Session& session) {
-  JsonWriter json;
-  json.begin_array();
+  std::vector<v1::Sample> samples;
   for (const SampleModel& model : sample_models()) {
     if (!session.options().json) print_line(std::string(model.name) + "  " + std::string(model.description));
-    json.begin_object().member("name", model.name).member("description", model.description).end_object();
+    v1::Sample& sample = samples.emplace_back();
+    sample.set_name(std::string(model.name));
+    sample.set_description(std::string(model.description));
   }
-  json.end_array();
-  if (session.options().json) print_line(json.text());
+  if (session.options().json) print_line(json_list_of(samples));
 }
 
 void write_model(const Session& session, const ModelsOptions& options) {
@@ -45,9 +46,11 @@ void write_model(const Session& session, const ModelsOptions& options) {
   const client::MeshBytes bytes(to_proto(model->make()));
   write_file(output, bytes.bytes());
   if (session.options().json) {
-    JsonWriter json;
-    json.begin_object().member("file", output).member("mesh_id", bytes.id()).member("size_bytes", bytes.bytes().size());
-    print_line(json.end_object().text());
+    v1::MeshFile file;
+    file.set_file(output);
+    file.set_mesh_id(bytes.id());
+    file.set_size_bytes(bytes.bytes().size());
+    print_line(json_of(file));
   } else {
     print_line(output + ": " + show_bytes(bytes.bytes().size()) + ", " + bytes.id());
   }

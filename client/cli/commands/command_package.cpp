@@ -6,7 +6,7 @@
 #include <string>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/base/output_file.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/commands/commands.h"
@@ -82,9 +82,11 @@ void run_package(Session& session, const PackageOptions& options) {
   const LayerStack stack(options.folder);
   const std::uint64_t bytes = write_package(session, options, stack);
   if (session.options().json) {
-    JsonWriter json;
-    json.begin_object().member("file", options.output).member("layers", stack.layers()).member("size_bytes", bytes);
-    return print_line(json.end_object().text());
+    v1::PackageFile file;
+    file.set_file(options.output);
+    file.set_layers(stack.layers());
+    file.set_size_bytes(bytes);
+    return print_line(json_of(file));
   }
   print_line(options.output + ": " + show_count(stack.layers(), "layer") + ", " + show_bytes(bytes));
 }

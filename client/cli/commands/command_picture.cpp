@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/base/output_file.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/commands/commands.h"
@@ -38,32 +38,32 @@ std::string legend_text(const PictureOptions& options, const v1::PreviewHeader& 
   return text.empty() ? "material at " + show_count(header.pixels_inside()) + " pixels" : text;
 }
 
-void add_legend(const v1::PreviewHeader& header, JsonWriter& json) {
-  json.member("across_mm_per_pixel", header.across_mm_per_pixel());
-  json.member("up_mm_per_pixel", header.up_mm_per_pixel());
-  json.member("pixels_inside", header.pixels_inside());
+void add_legend(const v1::PreviewHeader& header, v1::PictureDocument& document) {
+  document.set_across_mm_per_pixel(header.across_mm_per_pixel());
+  document.set_up_mm_per_pixel(header.up_mm_per_pixel());
+  document.set_pixels_inside(header.pixels_inside());
   if (header.has_range()) {
-    json.key("range").begin_array().value(header.range().min()).value(header.range().max()).end_array();
+    document.add_range(header.range().min());
+    document.add_range(header.range().max());
   }
-  if (header.material_pixels_size() > 0) {
-    json.key("material_pixels").begin_array();
-    for (const std::uint64_t pixels : header.material_pixels()) json.value(pixels);
-    json.end_array();
-  }
+  *document.mutable_material_pixels() = header.material_pixels();
 }
 
 void print_document(const PictureOptions& options, const DrawnPicture& drawn) {
-  JsonWriter json;
-  json.begin_object();
+  v1::PictureDocument document;
   if (options.terminal) {
-    json.member("characters", drawn.bytes);
+    document.set_characters(drawn.bytes);
   } else {
-    json.member("file", options.output).member("size_bytes", drawn.bytes.size());
+    document.set_file(options.output);
+    document.set_size_bytes(drawn.bytes.size());
   }
-  if (drawn.width > 0) json.member("width", drawn.width).member("height", drawn.height);
-  if (options.sweep > 0) json.member("planes", options.sweep);
-  if (drawn.header) add_legend(*drawn.header, json);
-  print_line(json.end_object().text());
+  if (drawn.width > 0) {
+    document.set_width(drawn.width);
+    document.set_height(drawn.height);
+  }
+  if (options.sweep > 0) document.set_planes(options.sweep);
+  if (drawn.header) add_legend(*drawn.header, document);
+  print_line(json_of(document));
 }
 
 void print_result(const PictureOptions& options, const DrawnPicture& drawn) {

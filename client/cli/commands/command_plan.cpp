@@ -3,13 +3,15 @@
 
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/commands/job_options.h"
 #include "client/cli/meshes/numbering.h"
-#include "client/cli/output/manifest.h"
+#include "client/cli/output/documents.h"
 
 namespace ccslice::cli {
 namespace {
@@ -21,10 +23,11 @@ void run_plan(Session& session, const JobOptions& options) {
   const std::optional<FileNumbers> numbers = parts.size() == 1 ? parts.front() : std::nullopt;
   if (!session.options().json)
     return print_line(numbers ? describe(plan, *numbers) : describe(in_numbers_of_files(plan, parts)));
-  JsonWriter json;
-  numbers ? add_json(renumbered(plan, *numbers), json, &*numbers, session.file_notes())
-          : add_json(in_numbers_of_files(plan, parts), json);
-  print_line(json.text());
+  v1::PlanDocument document = numbers ? document_of(renumbered(plan, *numbers), &*numbers)  //
+                                      : document_of(in_numbers_of_files(plan, parts));
+  const std::vector<std::string>& notes = session.file_notes();
+  if (numbers) *document.mutable_notes() = {notes.begin(), notes.end()};
+  print_line(json_of(document));
 }
 
 }  // namespace

@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <string>
+#include <vector>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/commands/commands.h"
+#include "client/cli/meshes/mesh_convert.h"
 #include "client/cli/options/resins.h"
 #include "core/job/printer_profile.h"
 
@@ -29,26 +31,24 @@ std::string describe_profile(const PrinterProfile& profile) {
   return text;
 }
 
-void add_profile(const PrinterProfile& profile, JsonWriter& json) {
-  json.begin_object().member("name", profile.name).member("title", profile.title).key("pitch_mm").begin_array();
-  json.value(profile.pitch.x_mm)
-      .value(profile.pitch.y_mm)
-      .value(profile.pitch.z_mm)
-      .end_array()
-      .key("tray_mm")
-      .begin_array();
-  json.value(profile.tray_mm.x()).value(profile.tray_mm.y()).value(profile.tray_mm.z()).end_array();
-  json.member("max_materials", profile.max_materials).member("min_layers", profile.min_layers).end_object();
+v1::Printer document_of_profile(const PrinterProfile& profile) {
+  v1::Printer printer;
+  printer.set_name(profile.name);
+  printer.set_title(profile.title);
+  *printer.mutable_pitch_mm() = to_proto(Vec3(profile.pitch.x_mm, profile.pitch.y_mm, profile.pitch.z_mm));
+  *printer.mutable_tray_mm() = to_proto(profile.tray_mm);
+  printer.set_max_materials(profile.max_materials);
+  printer.set_min_layers(profile.min_layers);
+  return printer;
 }
 
 void run_printers(const Session& session) {
-  JsonWriter json;
-  json.begin_array();
+  std::vector<v1::Printer> printers;
   for (const PrinterProfile& profile : printer_profiles()) {
     if (!session.options().json) print_line(describe_profile(profile));
-    add_profile(profile, json);
+    printers.push_back(document_of_profile(profile));
   }
-  if (session.options().json) return print_line(json.end_array().text());
+  if (session.options().json) return print_line(json_list_of(printers));
   print_line("PolyJet resins that need no colour: " + resin_names());
 }
 

@@ -11,9 +11,10 @@
 #include <vector>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/commands/commands.h"
+#include "client/cli/meshes/mesh_convert.h"
 #include "client/cli/meshes/mesh_source.h"
 #include "client/cli/options/placement.h"
 #include "client/cli/output/point_file.h"
@@ -73,7 +74,7 @@ const char* name_of(v1::PointLocation location) {
 }
 
 /// One answer, wherever in its batch.
-struct PointAnswer {
+struct AnswerInBatch {
   const v1::ProbePointsResponse& batch;
   int index;
   int channels;
@@ -83,28 +84,25 @@ struct PointAnswer {
   double value(int channel) const { return batch.channel_values(index * channels + channel); }
 };
 
-void add_json(const double* point, const PointAnswer& answer, const v1::MeshSummary& mesh, const FileNumbers* numbers,
-              JsonWriter& json) {
-  json.begin_object().key("point_mm").begin_array().value(point[0]).value(point[1]).value(point[2]).end_array();
-  json.member("location", name_of(answer.batch.locations(answer.index)));
-  if (!answer.outside()) {
-    json.member("limit_cell", answer.batch.limit_cells(answer.index));
-    const std::uint32_t cell = answer.batch.control_cells(answer.index);
-    json.member("control_cell", cell);
-    if (numbers != nullptr) json.member("file_cell", file_cell(*numbers, cell));
-    json.key("uvw").begin_array();
-    for (int i = 0; i < 3; ++i) json.value(answer.uvw(i));
-    json.end_array()
-        .member("residual_mm", answer.batch.residuals_mm(answer.index))
-        .key("channel_values")
-        .begin_object();
-    for (int i = 0; i < mesh.channels_size(); ++i) json.member(mesh.channels(i).name(), answer.value(i));
-    json.end_object();
+v1::PointAnswer document_of_answer(const double* point, const AnswerInBatch& answer, const v1::MeshSummary& mesh,
+                                   const FileNumbers* numbers) {
+  v1::PointAnswer document;
+  *document.mutable_point_mm() = to_proto(Vec3(point[0], point[1], point[2]));
+  document.set_location(name_of(answer.batch.locations(answer.index)));
+  if (answer.outside()) return document;
+  const std::uint32_t cell = answer.batch.control_cells(answer.index);
+  document.set_limit_cell(answer.batch.limit_cells(answer.index));
+  document.set_control_cell(cell);
+  if (numbers != nullptr) document.set_file_cell(file_cell(*numbers, cell));
+  for (int i = 0; i < 3; ++i) document.add_uvw(answer.uvw(i));
+  document.set_residual_mm(answer.batch.residuals_mm(answer.index));
+  for (int i = 0; i < mesh.channels_size(); ++i) {
+    (*document.mutable_channel_values())[mesh.channels(i).name()] = answer.value(i);
   }
-  json.end_object();
+  return document;
 }
 
-std::string as_text(const double* point, const PointAnswer& answer, const v1::MeshSummary& mesh,
+std::string as_text(const double* point, const AnswerInBatch& answer, const v1::MeshSummary& mesh,
                     const FileNumbers* numbers) {
   std::string text = "(" + show_number(point[0]) + ", " + show_number(point[1]) + ", " + show_number(point[2]) + ") " +
                      name_of(answer.batch.locations(answer.index));
@@ -130,14 +128,12 @@ class AnswerPrinter {
   void print(std::span<const double> points, const v1::ProbePointsResponse& batch) {
     for (int i = 0; i < batch.locations_size(); ++i) {
       const double* point = &points[3 * static_cast<std::size_t>(i)];
-      const PointAnswer answer{batch, i, mesh_.channels_size()};
+      const AnswerInBatch answer{batch, i, mesh_.channels_size()};
       if (!json_) {
         print_line(as_text(point, answer, mesh_, numbers_));
         continue;
       }
-      JsonWriter json;
-      add_json(point, answer, mesh_, numbers_, json);
-      print_part((printed_++ == 0 ? "[" : ",") + json.text());
+      print_part((printed_++ == 0 ? "[" : ",") + json_of(document_of_answer(point, answer, mesh_, numbers_)));
     }
   }
 

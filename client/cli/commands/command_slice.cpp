@@ -22,7 +22,6 @@
 #include "client/cli/output/grabcad.h"
 #include "client/cli/output/layer_folder.h"
 #include "client/cli/output/layer_stream.h"
-#include "client/cli/output/manifest.h"
 #include "client/cli/output/slice_report.h"
 #include "client/cli/pictures/contact_sheet.h"
 #include "client/cli/pictures/png_file.h"

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/base/output_file.h"
 #include "client/cli/base/processors.h"
 #include "client/cli/base/text_values.h"
@@ -19,7 +19,7 @@
 #include "client/cli/meshes/mesh_source.h"
 #include "client/cli/meshes/numbering.h"
 #include "client/cli/meshes/vtu_file.h"
-#include "client/cli/output/manifest.h"
+#include "client/cli/output/documents.h"
 #include "core/mesh/cell_regions.h"
 #include "core/mesh/region_values.h"
 #include "core/prepare/prepare_solid.h"
@@ -37,11 +37,11 @@ void run_upload(Session& session, const MeshOptions& options) {
   const LoadedMesh mesh = load_mesh(options, session.quiet());
   const client::UploadOutcome outcome = upload(session, mesh);
   if (session.options().json) {
-    JsonWriter json;
-    json.begin_object().member("was_cached", outcome.was_cached).key("mesh");
-    add_json(outcome.mesh, json, &mesh.numbers);
-    add_notes(mesh, json);
-    return print_line(json.end_object().text());
+    v1::UploadedMesh document;
+    document.set_was_cached(outcome.was_cached);
+    *document.mutable_mesh() = document_of(outcome.mesh, &mesh.numbers);
+    *document.mutable_notes() = {mesh.warnings.begin(), mesh.warnings.end()};
+    return print_line(json_of(document));
   }
   if (outcome.was_cached && !session.quiet()) print_note("the server held this mesh already");
   print_line(describe(outcome.mesh, mesh.numbers));
@@ -141,11 +141,12 @@ void run_convert(Session& session, const ConvertOptions& options) {
   const std::string content = content_of(mesh, format, options, session.quiet());
   write_file(options.output, content);
   if (session.options().json) {
-    JsonWriter json;
-    json.begin_object().member("file", options.output).member("mesh_id", mesh.bytes->id());
-    json.member("size_bytes", content.size());
-    add_notes(mesh, json);
-    return print_line(json.end_object().text());
+    v1::ConvertedMesh document;
+    document.set_file(options.output);
+    document.set_mesh_id(mesh.bytes->id());
+    document.set_size_bytes(content.size());
+    *document.mutable_notes() = {mesh.warnings.begin(), mesh.warnings.end()};
+    return print_line(json_of(document));
   }
   print_line(options.output + ": " + show_bytes(content.size()) + ", " + mesh.bytes->id());
 }

@@ -18,7 +18,7 @@
 #include <thread>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/commands/commands.h"
 #include "client/cli/meshes/mesh_source.h"
 #include "client/cli/view/view_server.h"
@@ -84,8 +84,9 @@ void open_browser(const std::string& path) {
 
 void tell_address(const Session& session, const std::string& address) {
   if (!session.options().json) return print_line(address);
-  JsonWriter json;
-  print_line(json.begin_object().member("address", address).end_object().text());
+  v1::ViewAddress document;
+  document.set_address(address);
+  print_line(json_of(document));
 }
 
 void run_view(Session& session, const ViewOptions& options) {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "client/cli/base/console.h"
-#include "client/cli/output/manifest.h"
+#include "client/cli/output/documents.h"
 #include "core/base/echo.h"
 #include "core/mesh/rounded_edges.h"
 

@@ -39,19 +39,11 @@ CellKind kind_from_proto(int cell, int kind) {
               "cell_kinds[" + std::to_string(cell) + "]", {cell});
 }
 
-v1::Vector3 vector_to_proto(const Vec3& vector) {
-  v1::Vector3 message;
-  message.set_x(vector.x());
-  message.set_y(vector.y());
-  message.set_z(vector.z());
-  return message;
-}
-
 v1::FoldPlace fold_to_proto(const FoldPlace& fold) {
   v1::FoldPlace message;
   message.set_limit_cell(fold.cell);
   message.set_control_cell(fold.control_cell);
-  *message.mutable_position_mm() = vector_to_proto(fold.position);
+  *message.mutable_position_mm() = to_proto(fold.position);
   message.set_determinant(fold.determinant);
   return message;
 }
@@ -66,7 +58,7 @@ v1::Overlaps overlaps_to_proto(const Overlaps& overlaps) {
     v1::OverlapPlace& added = *message.add_places();
     added.set_control_cell(place.cell);
     added.set_other_control_cell(place.other);
-    *added.mutable_position_mm() = vector_to_proto(place.position);
+    *added.mutable_position_mm() = to_proto(place.position);
     added.set_depth_mm(place.depth_mm);
   }
   return message;
@@ -168,10 +160,18 @@ v1::ControlMesh to_proto(const ControlMesh& mesh) {
   return message;
 }
 
+v1::Vector3 to_proto(const Vec3& vector) {
+  v1::Vector3 message;
+  message.set_x(vector.x());
+  message.set_y(vector.y());
+  message.set_z(vector.z());
+  return message;
+}
+
 v1::Box3 to_proto(const Box3& box) {
   v1::Box3 message;
-  *message.mutable_min_mm() = vector_to_proto(box.min());
-  *message.mutable_max_mm() = vector_to_proto(box.max());
+  *message.mutable_min_mm() = to_proto(box.min());
+  *message.mutable_max_mm() = to_proto(box.max());
   return message;
 }
 
@@ -181,8 +181,8 @@ v1::LimitDeviation to_proto(const Deviation& deviation) {
   message.set_limit_volume_mm3(deviation.limit_volume_mm3);
   *message.mutable_control_box() = to_proto(deviation.control_box);
   message.set_farthest_vertex(deviation.farthest.vertex);
-  *message.mutable_farthest_vertex_mm() = vector_to_proto(deviation.farthest.position);
-  *message.mutable_farthest_limit_mm() = vector_to_proto(deviation.farthest.limit);
+  *message.mutable_farthest_vertex_mm() = to_proto(deviation.farthest.position);
+  *message.mutable_farthest_limit_mm() = to_proto(deviation.farthest.limit);
   message.set_farthest_distance_mm(deviation.farthest.distance_mm());
   message.set_farthest_on_interface(deviation.farthest.on_interface);
   message.set_interpolating(deviation.interpolating);
@@ -190,7 +190,7 @@ v1::LimitDeviation to_proto(const Deviation& deviation) {
   message.set_vertex_limits_volume_mm3(deviation.vertex_limits_volume_mm3);
   if (deviation.rounded.count > 0) {
     message.set_rounded_edges(deviation.rounded.count);
-    *message.mutable_rounded_edge_mm() = vector_to_proto(deviation.rounded.place);
+    *message.mutable_rounded_edge_mm() = to_proto(deviation.rounded.place);
     message.set_rounded_edge_deg(deviation.rounded.turn_deg);
   }
   return message;

@@ -13,6 +13,7 @@
 namespace ccslice::cli {
 
 v1::ControlMesh to_proto(const ControlMesh& mesh);
+v1::Vector3 to_proto(const Vec3& vector);
 v1::Box3 to_proto(const Box3& box);
 v1::LimitDeviation to_proto(const Deviation& deviation);
 v1::CellRegion to_proto(const CellRegionSummary& region);

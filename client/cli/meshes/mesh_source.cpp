@@ -15,7 +15,6 @@
 #include <utility>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/meshes/ccmesh.h"
 #include "client/cli/meshes/mesh_convert.h"
@@ -447,12 +446,6 @@ LoadedMesh load_mesh(const MeshOptions& options, bool quiet) {
 void print_notes(const Session& session, const LoadedMesh& mesh) {
   if (session.quiet()) return;
   for (const std::string& warning : mesh.warnings) print_note("note: " + warning);
-}
-
-void add_notes(const LoadedMesh& mesh, JsonWriter& json) {
-  json.key("notes").begin_array();
-  for (const std::string& warning : mesh.warnings) json.value(warning);
-  json.end_array();
 }
 
 bool names_mesh_id(const MeshOptions& options) {

@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/base/json.h"
 #include "client/cli/meshes/merging.h"
 #include "client/cli/meshes/mesh_meaning.h"
 #include "client/cli/meshes/sizing.h"
@@ -57,9 +56,8 @@ struct LoadedMesh {
 /// takes long. Throws Error (1xx, 4xx) with the file's name in front.
 LoadedMesh load_mesh(const MeshOptions& options, bool quiet = true);
 
-/// Notes on what was read and changed: lines on standard error, unless the session is quiet, and a JSON member.
+/// Notes on what was read and changed: lines on standard error, unless the session is quiet.
 void print_notes(const Session& session, const LoadedMesh& mesh);
-void add_notes(const LoadedMesh& mesh, JsonWriter& json);
 
 /// Whether the options name a mesh on the server rather than a file. Throws UsageError if it is to be changed.
 bool names_mesh_id(const MeshOptions& options);

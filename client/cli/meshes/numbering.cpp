@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "client/cli/base/text_values.h"
-#include "client/cli/output/manifest.h"
+#include "client/cli/output/documents.h"
 #include "core/mesh/offenders.h"
 #include "core/mesh_import/renumber_text.h"
 

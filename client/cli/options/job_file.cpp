@@ -21,9 +21,9 @@ namespace {
 
 constexpr std::uint64_t kMostBytes = 256 << 20;  // Maps of 64 MiB, in decimals.
 
-std::string json_of(const v1::SliceJob& job, bool in_lines) {
+std::string text_of(const v1::SliceJob& job) {
   google::protobuf::util::JsonPrintOptions options;
-  options.add_whitespace = in_lines;
+  options.add_whitespace = true;
   options.preserve_proto_field_names = true;
   std::string json;
   const auto status = google::protobuf::util::MessageToJsonString(job, &json, options);
@@ -32,8 +32,6 @@ std::string json_of(const v1::SliceJob& job, bool in_lines) {
 }
 
 }  // namespace
-
-std::string job_json(const v1::SliceJob& job) { return json_of(job, false); }
 
 v1::SliceJob read_job_file(const std::string& path) {
   v1::SliceJob job;
@@ -47,7 +45,7 @@ v1::SliceJob read_job_file(const std::string& path) {
 }
 
 void write_job_file(const std::string& path, const v1::SliceJob& job) {
-  const std::string json = json_of(job, true);
+  const std::string json = text_of(job);
   std::error_code unknown;
   if (std::filesystem::exists(path, unknown)) {
     if (read_file_bytes(path, kMostBytes) == json) return;

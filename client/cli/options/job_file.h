@@ -13,9 +13,6 @@
 
 namespace ccslice::cli {
 
-/// In one line.
-std::string job_json(const v1::SliceJob& job);
-
 /// Reads one. Throws UsageError for what isn't a job, which names the file and the place, and Error for what can't be
 /// read.
 v1::SliceJob read_job_file(const std::string& path);

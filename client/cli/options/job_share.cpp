@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "client/cli/base/json_fields.h"
-
 namespace ccslice::cli {
 namespace {
 
@@ -22,15 +20,17 @@ std::uint32_t block_of(const LayerRange& job, std::uint32_t shares) {
   return blocks_of(job, kLongBlock) >= kBlocksOfLongShares * shares ? kLongBlock : kShortBlock;
 }
 
-void add_range(const LayerRange& layers, JsonWriter& json) {
-  json.member("first_layer", layers.first).member("layers", layers.last - layers.first + 1);
+template <class Document>
+void set_range(const LayerRange& layers, Document& document) {
+  document.set_first_layer(layers.first);
+  document.set_layers(layers.last - layers.first + 1);
 }
 
-std::optional<LayerRange> range_of(const google::protobuf::Struct& object) {
-  constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
-  const std::uint64_t first = count(object, "first_layer", kMost), layers = count(object, "layers", kMost);
-  if (layers == 0 || first + layers > kMost) return std::nullopt;
-  return LayerRange{static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(first + layers - 1)};
+template <class Document>
+std::optional<LayerRange> range_of(const Document& document) {
+  const std::uint32_t first = document.first_layer(), layers = document.layers();
+  if (layers == 0 || first > std::numeric_limits<std::uint32_t>::max() - layers) return std::nullopt;
+  return LayerRange{first, first + layers - 1};
 }
 
 }  // namespace
@@ -57,27 +57,25 @@ std::uint32_t share_of_layer(std::uint32_t layer, std::uint32_t shares, const La
   return low;
 }
 
-void add_json(const ShareRecord& record, JsonWriter& json) {
-  json.begin_object().member("number", record.share.number).member("count", record.share.count);
-  add_range(record.layers, json);
-  json.key("job").begin_object().member("id", record.job_id);
-  add_range(record.job_layers, json);
-  json.end_object();
-  if (!record.contact_sheet.empty()) json.member("contact_sheet_sha256", record.contact_sheet);
-  json.end_object();
+v1::JobPart document_of(const ShareRecord& record) {
+  v1::JobPart document;
+  document.set_number(record.share.number);
+  document.set_count(record.share.count);
+  set_range(record.layers, document);
+  document.mutable_job()->set_id(record.job_id);
+  set_range(record.job_layers, *document.mutable_job());
+  if (!record.contact_sheet.empty()) document.set_contact_sheet_sha256(record.contact_sheet);
+  return document;
 }
 
-std::optional<ShareRecord> share_record(const google::protobuf::Struct& object) {
-  constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
-  const google::protobuf::Struct& job = field(object, "job").struct_value();
-  const Share share = {static_cast<std::uint32_t>(count(object, "number", kMost)),
-                       static_cast<std::uint32_t>(count(object, "count", kMost))};
-  const std::optional<LayerRange> layers = range_of(object), job_layers = range_of(job);
+std::optional<ShareRecord> share_record(const v1::JobPart& document) {
+  const Share share = {document.number(), document.count()};
+  const std::optional<LayerRange> layers = range_of(document), job_layers = range_of(document.job());
   const bool right = share.number > 0 && share.number <= share.count && layers && job_layers &&
                      layers->first >= job_layers->first && layers->last <= job_layers->last &&
                      share.count <= blocks_of(*job_layers, kShortBlock);
   if (!right) return std::nullopt;
-  return ShareRecord{share, *layers, text(job, "id"), *job_layers, text(object, "contact_sheet_sha256")};
+  return ShareRecord{share, *layers, document.job().id(), *job_layers, document.contact_sheet_sha256()};
 }
 
 std::string describe(const Share& share) { return std::to_string(share.number) + "/" + std::to_string(share.count); }

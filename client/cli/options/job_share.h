@@ -11,13 +11,11 @@
 
 #pragma once
 
-#include <google/protobuf/struct.pb.h>
-
 #include <cstdint>
 #include <optional>
 #include <string>
 
-#include "client/cli/base/json.h"
+#include "client/cli/base/messages.h"
 #include "client/cli/base/text_values.h"
 
 namespace ccslice::cli {
@@ -37,10 +35,9 @@ struct ShareRecord {
   std::string contact_sheet = {};  // SHA-256 of the job's sheet, if the share holds it: one of all shares does.
 };
 
-/// Writes a JSON object.
-void add_json(const ShareRecord& record, JsonWriter& json);
-/// What such an object says; nothing if it can't be right.
-std::optional<ShareRecord> share_record(const google::protobuf::Struct& object);
+v1::JobPart document_of(const ShareRecord& record);
+/// What such a document says; nothing if it can't be right.
+std::optional<ShareRecord> share_record(const v1::JobPart& document);
 
 /// "2/8".
 std::string describe(const Share& share);

@@ -8,11 +8,10 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <optional>
 #include <system_error>
+#include <utility>
 
-#include "client/cli/base/json.h"
-#include "client/cli/base/json_fields.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/output/layer_entry.h"
 #include "client/mesh_bytes.h"
 #include "core/base/error.h"
@@ -23,16 +22,17 @@ namespace ccslice::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using google::protobuf::Struct;
 
-bool is_whole_layer(const fs::path& folder, const Struct& layer) {
+bool is_whole_layer(const fs::path& folder, const v1::LayerEntry& layer) {
   return std::ranges::all_of(files_of_entry(layer),
-                             [&](const FileEntry& file) { return read_whole_file(folder, file).has_value(); });
+                             [&](const v1::StoredFile& file) { return read_whole_file(folder, file).has_value(); });
 }
 
 std::string first_line(const std::string& job_id) {
-  JsonWriter json;
-  return json.begin_object().member("format", "ccslice-journal").member("job", job_id).end_object().text();
+  v1::JournalHead head;
+  head.set_format("ccslice-journal");
+  head.set_job(job_id);
+  return json_of(head);
 }
 
 }  // namespace
@@ -53,13 +53,14 @@ bool holds_whole_job(const fs::path& folder, const JobKey& job) {
   constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 30;
   const fs::path path = folder / "manifest.json";
   if (!fs::exists(path)) return false;
-  const std::optional<Struct> manifest = parse_object(read_file_bytes(path.string(), kMostBytes));
+  v1::Manifest manifest;
+  const bool readable = read_json(read_file_bytes(path.string(), kMostBytes), manifest);
   const std::string remedy = "; take another folder, or --force to replace them";
-  if (!manifest || text(*manifest, "job") != job.id) {
+  if (!readable || manifest.job() != job.id) {
     throw Error(ErrorCode::kFileUnwritable, folder.string() + " holds all layers of another job" + remedy);
   }
-  for (const auto& layer : items(*manifest, "layers")) {
-    if (is_whole_layer(folder, layer.struct_value())) continue;
+  for (const v1::LayerEntry& layer : manifest.layers()) {
+    if (is_whole_layer(folder, layer)) continue;
     throw Error(ErrorCode::kFileUnwritable,
                 folder.string() + " holds this job, but files of it have changed since it was complete" + remedy);
   }
@@ -77,10 +78,10 @@ FinishedLayers read_journal(const fs::path& folder, const JobKey& job) {
                                                 "take another folder, or --force to replace them");
   }
   while (finished.counts.layers + 1 < job.layers && std::getline(file, line)) {
-    const std::optional<Struct> layer = parse_object(line);
-    if (!layer || !is_whole_layer(folder, *layer)) break;
-    finished.counts.add_counts(counts_of_entry(*layer));
-    finished.manifest_entries.push_back(line);
+    v1::LayerEntry layer;
+    if (!read_json(line, layer) || !is_whole_layer(folder, layer)) break;
+    finished.counts.add_counts(counts_of_entry(layer));
+    *finished.layers.Add() = std::move(layer);
   }
   return finished;
 }
@@ -88,13 +89,13 @@ FinishedLayers read_journal(const fs::path& folder, const JobKey& job) {
 JobJournal::JobJournal(const fs::path& folder, const JobKey& job, const FinishedLayers& finished)
     : path_(folder / kName), file_(nullptr, std::fclose) {
   std::string text = first_line(job.id) + "\n";
-  for (const std::string& entry : finished.manifest_entries) text += entry + "\n";
+  for (const v1::LayerEntry& layer : finished.layers) text += json_of(layer) + "\n";
   write_file(path_, text);
   file_ = open_to_append(path_);
 }
 
-void JobJournal::add(const std::string& manifest_entry) {
-  const std::string line = manifest_entry + "\n";
+void JobJournal::add(const v1::LayerEntry& layer) {
+  const std::string line = json_of(layer) + "\n";
   if (std::fputs(line.c_str(), file_.get()) < 0 || std::fflush(file_.get()) != 0) fail();
 }
 

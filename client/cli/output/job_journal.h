@@ -17,8 +17,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
+#include "client/cli/base/messages.h"
 #include "client/cli/base/output_file.h"
 #include "client/cli/options/job_share.h"
 #include "client/client.h"
@@ -38,8 +38,8 @@ JobKey job_key_of(const ShareRecord& record);
 
 /// Layers that an earlier run finished: the first ones of the job.
 struct FinishedLayers {
-  std::vector<std::string> manifest_entries;  // A JSON object each.
-  client::SliceOutcome counts;                // Of these layers; the header is empty.
+  google::protobuf::RepeatedPtrField<v1::LayerEntry> layers;
+  client::SliceOutcome counts;  // Of these layers; the header is empty.
 };
 
 /// What the journal says, or nothing if there is none. Layers count as long as their files are there with the size and
@@ -58,7 +58,7 @@ class JobJournal {
 
   /// Begins anew with the finished layers. All throw Error{kFileUnwritable}.
   JobJournal(const std::filesystem::path& folder, const JobKey& job, const FinishedLayers& finished);
-  void add(const std::string& manifest_entry);
+  void add(const v1::LayerEntry& layer);
   void remove();
 
  private:

@@ -3,14 +3,15 @@
 
 #include "client/cli/output/joined_job.h"
 
+#include <google/protobuf/field_mask.pb.h>
+#include <google/protobuf/util/field_mask_util.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <map>
 #include <utility>
 
-#include "client/cli/base/json_fields.h"
-#include "client/cli/base/json_scanner.h"
+#include "client/cli/output/layer_entry.h"
 #include "client/cli/output/manifest.h"
 #include "client/client_error.h"
 #include "core/base/echo.h"
@@ -18,8 +19,6 @@
 
 namespace ccslice::cli {
 namespace {
-
-using google::protobuf::Struct;
 
 [[noreturn]] void refuse_shares(const std::string& what) { throw Error(ErrorCode::kFileSyntax, what); }
 
@@ -30,14 +29,23 @@ std::string both(const ShareFolder& a, const ShareFolder& b) { return a.path.str
   throw client::ClientError(grpc::StatusCode::ABORTED, reason, what);
 }
 
+/// What a manifest says under this name, to be compared.
+std::string member_of(const ShareFolder& share, const char* name) {
+  google::protobuf::FieldMask mask;
+  mask.add_paths(name);
+  v1::Manifest alone;
+  google::protobuf::util::FieldMaskUtil::MergeMessageTo(share.manifest, mask, {}, &alone);
+  return alone.SerializeAsString();
+}
+
 void require_one_engine_and_grid(const ShareFolder& a, const ShareFolder& b) {
-  const std::string engine = a.member("engine_version"), other = b.member("engine_version");
+  const std::string &engine = a.manifest.engine_version(), &other = b.manifest.engine_version();
   if (engine != other) {
     refuse_mixture(client::local_reason::kEngineMixed, both(a, b) + " are of two engines, " + echoed(engine) + " and " +
                                                            echoed(other) +
                                                            "; slice all shares with servers of one version");
   }
-  if (a.member("grid") != b.member("grid")) {
+  if (member_of(a, "grid") != member_of(b, "grid")) {
     refuse_mixture(client::local_reason::kGridMixed,
                    both(a, b) + " have different grids; slice all shares with the same mesh, pitch and placement");
   }
@@ -59,7 +67,7 @@ void require_same_job(const ShareFolder& a, const ShareFolder& b) {
   constexpr const char* kRemedy = "; slice all shares with the same options";
   require_one_engine_and_grid(a, b);
   for (const Part& part : kParts) {
-    if (a.member(part.member) != b.member(part.member)) {
+    if (member_of(a, part.member) != member_of(b, part.member)) {
       refuse_shares(both(a, b) + " are of different jobs: their " + part.name + " differ" + kRemedy);
     }
   }
@@ -97,21 +105,6 @@ void add_gap(const LayerRange& gap, const ShareRecord& like, MissingShares& miss
 std::vector<ShareFolder> by_first_layer(std::vector<ShareFolder> shares) {
   std::ranges::stable_sort(shares, {}, [](const ShareFolder& share) { return share.record.layers.first; });
   return shares;
-}
-
-/// The materials of a share's manifest, with the voxels of the whole job.
-std::string joined_materials(const std::string& materials, const client::SliceOutcome& counts) {
-  JsonWriter json;
-  json.begin_array();
-  std::size_t index = 0;
-  JsonScanner scanner(materials);
-  for_each_item(scanner, [&] {
-    const Struct material = parse_object(std::string(scanner.as_written("a material"))).value_or(Struct());
-    const bool counted = index < counts.material_voxels.size();
-    add_material(text(material, "name"), text(material, "rgba"), counted ? counts.material_voxels[index] : 0, json);
-    ++index;
-  });
-  return json.end_array().text();
 }
 
 }  // namespace
@@ -157,7 +150,7 @@ void JoinedJob::find_sources() {
       }
       const ShareFolder& other = shares_[sources_[first + i]];
       const std::size_t there = first + i - (other.record.layers.first - job_first);
-      if (other.layers[there].entry == shares_[s].layers[i].entry) continue;
+      if (other.layers[there].SerializeAsString() == shares_[s].layers[i].SerializeAsString()) continue;
       refuse_shares(both(other, shares_[s]) + " both have layer " + std::to_string(job_first + first + i) +
                     ", and with different bytes; slice that share anew, and name one folder of it");
     }
@@ -175,40 +168,20 @@ const ShareFolder* JoinedJob::with_contact_sheet() const {
   return found == shares_.end() ? nullptr : &*found;
 }
 
-std::string JoinedJob::manifest() const {
+v1::Manifest JoinedJob::manifest() const {
+  v1::Manifest joined = shares_.front().manifest;
+  joined.set_job(shares_.front().record.job_id);
+  joined.clear_share();
   client::SliceOutcome counts;
-  JsonWriter layers;
-  layers.begin_array();
   for (std::size_t s = 0; s < shares_.size(); ++s) {
     for (std::size_t i = 0; i < shares_[s].layers.size(); ++i) {
       if (!takes(s, i)) continue;
-      const std::string& entry = shares_[s].layers[i].entry;
-      layers.raw(entry);
-      counts.add_counts(counts_of_entry(parse_object(entry).value_or(Struct())));
+      *joined.add_layers() = shares_[s].layers[i];
+      counts.add_counts(counts_of_entry(shares_[s].layers[i]));
     }
   }
-  layers.end_array();
-  const ShareFolder& like = shares_.front();
-  // All that the manifests of a job and of its share don't have in common.
-  std::map<std::string, std::string> members = {{"job", JsonWriter().value(like.record.job_id).text()},
-                                                {"voxel_count", std::to_string(counts.voxel_count)},
-                                                {"voxels_interpolated", std::to_string(counts.voxels_interpolated)},
-                                                {"voxels_unresolved", std::to_string(counts.voxels_unresolved)},
-                                                {"voxels_repainted", std::to_string(counts.voxels_repainted)},
-                                                {"voxels_off_map", std::to_string(counts.voxels_off_map)},
-                                                {"voxels_scaled_up", std::to_string(counts.voxels_scaled_up)},
-                                                {"least_fraction_sum", shortest(counts.least_fraction_sum)},
-                                                {"max_residual_mm", shortest(counts.max_residual_mm)},
-                                                {"layers", layers.text()}};
-  JsonWriter json;
-  json.begin_object();
-  for (const auto& [name, value] : like.members) {
-    if (name == "share") continue;
-    if (name == "materials") members.emplace(name, joined_materials(value, counts));
-    const auto own = members.find(name);
-    json.key(name).raw(own == members.end() ? value : own->second);
-  }
-  return json.end_object().text() + "\n";
+  count_voxels(counts, joined);
+  return joined;
 }
 
 }  // namespace ccslice::cli

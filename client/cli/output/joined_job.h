@@ -2,12 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The job that shares make together, as their manifests say: the same layers and the same manifest.json as if it had
-// been sliced at once. Texts of the shares' manifests are taken as they are, so that numbers keep all their digits.
+// been sliced at once.
 
 #pragma once
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 #include "client/cli/output/share_folder.h"
@@ -27,8 +26,7 @@ class JoinedJob {
   bool takes(std::size_t share, std::size_t layer) const;
   /// The share that has the contact sheet, or null.
   const ShareFolder* with_contact_sheet() const;
-  /// The text of manifest.json.
-  std::string manifest() const;
+  v1::Manifest manifest() const;
 
  private:
   void require_one_job() const;

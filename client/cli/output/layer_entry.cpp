@@ -7,55 +7,41 @@
 #include <iterator>
 #include <system_error>
 
-#include "client/cli/base/json_fields.h"
 #include "client/mesh_bytes.h"
 
 namespace ccslice::cli {
-namespace {
 
-using google::protobuf::Struct;
-
-FileEntry file_entry(const Struct& entry) {
-  return {std::filesystem::path(text(entry, "file")).filename(), count(entry, "file_bytes"), text(entry, "sha256")};
-}
-
-}  // namespace
-
-std::vector<FileEntry> files_of_entry(const Struct& layer) {
-  std::vector<FileEntry> files;
-  for (const auto& plane : items(layer, "planes")) files.push_back(file_entry(plane.struct_value()));
-  if (layer.fields().contains("contours")) files.push_back(file_entry(field(layer, "contours").struct_value()));
+std::vector<v1::StoredFile> files_of_entry(const v1::LayerEntry& layer) {
+  std::vector<v1::StoredFile> files(layer.planes().begin(), layer.planes().end());
+  if (layer.has_contours()) files.push_back(layer.contours());
+  for (v1::StoredFile& file : files) file.set_file(std::filesystem::path(file.file()).filename().string());
   return files;
 }
 
-client::SliceOutcome counts_of_entry(const Struct& layer) {
+client::SliceOutcome counts_of_entry(const v1::LayerEntry& layer) {
   client::SliceOutcome counts;
   counts.layers = 1;
-  counts.empty_layers = field(layer, "empty").bool_value();
-  counts.voxel_count = count(layer, "voxel_count");
-  counts.voxels_interpolated = count(layer, "voxels_interpolated");
-  counts.voxels_unresolved = count(layer, "voxels_unresolved");
-  counts.voxels_repainted = count(layer, "voxels_repainted");
-  counts.max_residual_mm = number(layer, "max_residual_mm");
-  for (const auto& voxels : items(layer, "material_voxels")) {
-    counts.material_voxels.push_back(static_cast<std::uint64_t>(voxels.number_value()));
-  }
-  counts.voxels_off_map = count(layer, "voxels_off_map");
-  counts.voxels_scaled_up = count(layer, "voxels_scaled_up");
-  counts.least_fraction_sum = number(layer, "least_fraction_sum");
-  for (const auto& plane : items(layer, "planes")) {
-    counts.encoded_bytes += count(plane.struct_value(), "file_bytes");
-  }
+  counts.empty_layers = layer.empty() ? 1 : 0;
+  counts.voxel_count = layer.voxel_count();
+  counts.voxels_interpolated = layer.voxels_interpolated();
+  counts.voxels_unresolved = layer.voxels_unresolved();
+  counts.voxels_repainted = layer.voxels_repainted();
+  counts.max_residual_mm = layer.max_residual_mm();
+  counts.material_voxels = {layer.material_voxels().begin(), layer.material_voxels().end()};
+  counts.voxels_off_map = layer.voxels_off_map();
+  counts.voxels_scaled_up = layer.voxels_scaled_up();
+  counts.least_fraction_sum = layer.least_fraction_sum();
+  for (const v1::StoredFile& plane : layer.planes()) counts.encoded_bytes += plane.file_bytes();
   return counts;
 }
 
-std::optional<std::string> read_whole_file(const std::filesystem::path& folder, const FileEntry& entry) {
-  const std::filesystem::path path = folder / entry.name;
+std::optional<std::string> read_whole_file(const std::filesystem::path& folder, const v1::StoredFile& entry) {
+  const std::filesystem::path path = folder / entry.file();
   std::error_code status;
-  if (std::filesystem::file_size(path, status) != entry.bytes || status) return std::nullopt;
+  if (std::filesystem::file_size(path, status) != entry.file_bytes() || status) return std::nullopt;
   std::ifstream file(path, std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  if (client::sha256_of(bytes) != entry.sha256) return std::nullopt;
+  if (client::sha256_of(bytes) != entry.sha256()) return std::nullopt;
   return bytes;
 }
 

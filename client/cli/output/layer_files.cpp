@@ -9,6 +9,7 @@
 #include <set>
 
 #include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/mesh_bytes.h"
 #include "client/plane_encodings.h"
 
@@ -61,44 +62,18 @@ std::set<std::string> extensions_of_ours() {
 }
 
 std::string contours_as_json(const client::Layer& layer, const ContourFiles& files) {
-  JsonWriter json;
-  json.begin_object().member("layer", layer.index).member("z_mm", layer.z_mm).key("loops").begin_array();
+  v1::LayerOutlines outlines;
+  outlines.set_layer(layer.index);
+  outlines.set_z_mm(layer.z_mm);
   for (const client::ContourLoop& loop : layer.contours) {
-    json.begin_array();
-    for (std::size_t i = 0; i + 1 < loop.points_mm.size(); i += 2) {
-      json.begin_array().value(loop.points_mm[i]).value(loop.points_mm[i + 1]).end_array();
-    }
-    json.end_array();
+    v1::OutlineLoop& outline = *outlines.add_loops();
+    *outline.mutable_points_mm() = {loop.points_mm.begin(), loop.points_mm.end()};
+    *outline.mutable_faces() = {loop.faces.begin(), loop.faces.end()};
+    *outline.mutable_parameters() = {loop.parameters.begin(), loop.parameters.end()};
+    if (files.by_region) outline.set_cell_region(loop.cell_region);
+    if (files.by_part) outline.set_placed_part(loop.placed_part);
   }
-  json.end_array();
-  if (files.by_part) {
-    json.key("placed_parts").begin_array();
-    for (const client::ContourLoop& loop : layer.contours) json.value(loop.placed_part);
-    json.end_array();
-  }
-  if (files.by_region) {
-    json.key("cell_regions").begin_array();
-    for (const client::ContourLoop& loop : layer.contours) json.value(loop.cell_region);
-    json.end_array();
-  } else {
-    json.key("faces").begin_array();
-    for (const client::ContourLoop& loop : layer.contours) {
-      json.begin_array();
-      for (const std::uint32_t face : loop.faces) json.value(face);
-      json.end_array();
-    }
-    json.end_array().key("parameters").begin_array();
-    for (const client::ContourLoop& loop : layer.contours) {
-      json.begin_array();
-      for (std::size_t i = 0; i + 1 < loop.parameters.size(); i += 2) {
-        json.begin_array().value(loop.parameters[i]).value(loop.parameters[i + 1]).end_array();
-      }
-      json.end_array();
-    }
-    json.end_array();
-  }
-  json.end_object();
-  return json.text() + "\n";
+  return json_of(outlines) + "\n";
 }
 
 std::string contours_as_csv(const client::Layer& layer, const ContourFiles& files) {
@@ -150,6 +125,14 @@ LayerFile contour_file(const std::string& prefix, const client::Layer& layer, co
   }
 }
 
+v1::StoredFile stored(const LayerFile& file) {
+  v1::StoredFile entry;
+  entry.set_file(file.name);
+  entry.set_file_bytes(file.bytes.size());
+  entry.set_sha256(client::sha256_of(file.bytes));
+  return entry;
+}
+
 }  // namespace
 
 bool is_layer_file(const std::string& name) {
@@ -187,43 +170,35 @@ std::vector<LayerFile> LayerFiles::of(const client::Layer& layer) const {
   return files;
 }
 
-std::string LayerFiles::manifest_entry(const client::Layer& layer, const std::vector<LayerFile>& files) const {
-  JsonWriter json;
+v1::LayerEntry LayerFiles::manifest_entry(const client::Layer& layer, const std::vector<LayerFile>& files) const {
+  v1::LayerEntry entry;
   const v1::LayerStatistics& statistics = layer.end.statistics();
-  json.begin_object()
-      .member("layer", layer.index)
-      .member("z_mm", layer.z_mm)
-      .member("voxel_count", layer.end.voxel_count())
-      .member("empty", layer.end.empty())
-      .member("voxels_coherent", statistics.voxels_coherent())
-      .member("voxels_full", statistics.voxels_full())
-      .member("voxels_interpolated", statistics.voxels_interpolated())
-      .member("voxels_unresolved", statistics.voxels_unresolved())
-      .member("voxels_repainted", statistics.voxels_repainted())
-      .member("max_residual_mm", statistics.max_residual_mm())
-      .member("contour_loops", statistics.contour_loops())
-      .member("contour_points", statistics.contour_points())
-      .member("contour_leaves_unresolved", statistics.contour_leaves_unresolved());
+  entry.set_layer(layer.index);
+  entry.set_z_mm(layer.z_mm);
+  entry.set_voxel_count(layer.end.voxel_count());
+  entry.set_empty(layer.end.empty());
+  entry.set_voxels_coherent(statistics.voxels_coherent());
+  entry.set_voxels_full(statistics.voxels_full());
+  entry.set_voxels_interpolated(statistics.voxels_interpolated());
+  entry.set_voxels_unresolved(statistics.voxels_unresolved());
+  entry.set_voxels_repainted(statistics.voxels_repainted());
+  entry.set_max_residual_mm(statistics.max_residual_mm());
+  entry.set_contour_loops(statistics.contour_loops());
+  entry.set_contour_points(statistics.contour_points());
+  entry.set_contour_leaves_unresolved(statistics.contour_leaves_unresolved());
   if (statistics.material_voxels_size() > 0) {
-    json.key("material_voxels").begin_array();
-    for (const std::uint64_t voxels : statistics.material_voxels()) json.value(voxels);
-    json.end_array().member("voxels_off_map", statistics.voxels_off_map());
-    json.member("voxels_scaled_up", statistics.voxels_scaled_up());
-    json.member("least_fraction_sum", statistics.least_fraction_sum());
+    *entry.mutable_material_voxels() = statistics.material_voxels();
+    entry.set_voxels_off_map(statistics.voxels_off_map());
+    entry.set_voxels_scaled_up(statistics.voxels_scaled_up());
+    entry.set_least_fraction_sum(statistics.least_fraction_sum());
   }
-  json.key("planes").begin_array();
   for (std::size_t i = 0; i < layer.planes.size(); ++i) {
-    json.begin_object().member("file", files[i].name).member("file_bytes", files[i].bytes.size());
-    json.member("raw_bytes", layer.planes[i].result.raw_bytes()).member("crc32", layer.planes[i].result.crc32());
-    json.member("sha256", client::sha256_of(files[i].bytes)).end_object();
+    v1::StoredFile& plane = *entry.add_planes() = stored(files[i]);
+    plane.set_raw_bytes(layer.planes[i].result.raw_bytes());
+    plane.set_crc32(layer.planes[i].result.crc32());
   }
-  json.end_array();
-  if (contours_.format != ContourFormat::kNone) {
-    const LayerFile& contours = files.back();
-    json.key("contours").begin_object().member("file", contours.name).member("file_bytes", contours.bytes.size());
-    json.member("sha256", client::sha256_of(contours.bytes)).end_object();
-  }
-  return json.end_object().text();
+  if (contours_.format != ContourFormat::kNone) *entry.mutable_contours() = stored(files.back());
+  return entry;
 }
 
 }  // namespace ccslice::cli

@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/base/messages.h"
 #include "client/client.h"
 
 namespace ccslice::cli {
@@ -56,7 +57,7 @@ class LayerFiles {
   /// A file for each plane, then that of the contours if there is one.
   std::vector<LayerFile> of(const client::Layer& layer) const;
   /// What manifest.json says of the layer. `files`: of(layer).
-  std::string manifest_entry(const client::Layer& layer, const std::vector<LayerFile>& files) const;
+  v1::LayerEntry manifest_entry(const client::Layer& layer, const std::vector<LayerFile>& files) const;
 
  private:
   std::string prefix_of(std::uint32_t layer) const;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/cli/base/console.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/base/output_file.h"
 #include "client/cli/output/manifest.h"
 #include "client/mesh_bytes.h"
@@ -104,8 +105,7 @@ LayerFolder::LayerFolder(fs::path path, LayerFiles files, Existing existing, con
       job_(job),
       finished_(existing == Existing::kResume ? read_journal(folder_->path(), job) : FinishedLayers()) {
   journal_.emplace(folder_->path(), job, finished_);
-  layers_.begin_array();
-  for (const std::string& entry : finished_.manifest_entries) layers_.raw(entry);
+  manifest_.mutable_layers()->Swap(&finished_.layers);
 }
 
 void LayerFolder::write_file_in_folder(const std::string& name, std::string_view bytes) {
@@ -116,9 +116,8 @@ void LayerFolder::write_file_in_folder(const std::string& name, std::string_view
 void LayerFolder::write(const client::Layer& layer) {
   const std::vector<LayerFile> files = files_.of(layer);
   for (const LayerFile& file : files) write_file_in_folder(file.name, file.bytes);
-  const std::string entry = files_.manifest_entry(layer, files);
-  journal_->add(entry);
-  layers_.raw(entry);
+  *manifest_.add_layers() = files_.manifest_entry(layer, files);
+  journal_->add(*manifest_.layers().rbegin());
 }
 
 std::string LayerFolder::write_contact_sheet(const std::string& png) {
@@ -129,8 +128,8 @@ std::string LayerFolder::write_contact_sheet(const std::string& png) {
 
 void LayerFolder::finish(const client::SliceOutcome& outcome, const v1::SliceJob& sliced,
                          const v1::PlanSlicesResponse& plan) {
-  layers_.end_array();
-  const std::string text = manifest(outcome, sliced, plan, job_, layers_.text());
+  complete_manifest(outcome, sliced, plan, job_, manifest_);
+  const std::string text = json_of(manifest_) + "\n";
   folder_->complete(text);
   written_bytes_ += text.size();
   journal_->remove();

@@ -20,7 +20,7 @@
 #include <string>
 #include <string_view>
 
-#include "client/cli/base/json.h"
+#include "client/cli/base/messages.h"
 #include "client/cli/output/folder_lock.h"
 #include "client/cli/output/job_journal.h"
 #include "client/cli/output/layer_files.h"
@@ -75,9 +75,9 @@ class LayerFolder : public LayerSink {
   std::optional<ClaimedFolder> folder_;  // Until it is finished.
   const LayerFiles files_;
   JobKey job_;
-  const FinishedLayers finished_;
+  FinishedLayers finished_;  // Its layers are in the manifest.
   std::optional<JobJournal> journal_;
-  JsonWriter layers_;
+  v1::Manifest manifest_;
   std::uint64_t written_bytes_ = 0;
 };
 

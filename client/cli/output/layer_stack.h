@@ -5,13 +5,13 @@
 
 #pragma once
 
-#include <google/protobuf/struct.pb.h>
-
 #include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
+
+#include "client/cli/base/messages.h"
 
 namespace ccslice::cli {
 
@@ -37,19 +37,20 @@ class LayerStack {
   /// The size of the pictures, and their number.
   std::uint32_t columns() const { return columns_; }
   std::uint32_t rows() const { return rows_; }
-  std::uint32_t layers() const { return static_cast<std::uint32_t>(files_.size()); }
+  std::uint32_t layers() const { return static_cast<std::uint32_t>(manifest_.layers_size()); }
   /// Lower corner of the voxel with the lowest x and y of the first layer here, and the pitch, mm.
   const std::array<double, 3>& origin_mm() const { return origin_mm_; }
   const std::array<double, 3>& pitch_mm() const { return pitch_mm_; }
-  const std::string& mesh_id() const { return mesh_id_; }
-  bool has_several_parts() const { return has_several_parts_; }
+  const std::string& mesh_id() const { return manifest_.mesh_id(); }
+  /// Or copies of one.
+  bool has_several_parts() const { return !manifest_.parts().empty(); }
   /// Whether the layers are a region of the grid, not all of it.
   bool is_region() const { return is_region_; }
   /// Whether the pictures have the highest x, or y, first.
-  bool columns_descend() const { return columns_descend_; }
+  bool columns_descend() const { return manifest_.layout().flip_x(); }
   bool rows_descend() const { return rows_descend_; }
   /// The job's placement: 12 or 16 numbers, or none.
-  const std::vector<double>& placement() const { return placement_; }
+  const google::protobuf::RepeatedField<double>& placement() const { return manifest_.placement(); }
   const std::vector<StackPlane>& planes() const { return planes_; }
   const std::vector<StackMaterial>& materials() const { return materials_; }
   /// The colour of voxels outside, 0xRRGGBBAA.
@@ -61,27 +62,20 @@ class LayerStack {
   std::string samples(std::uint32_t layer, std::size_t plane) const;
 
  private:
-  struct File {
-    std::string name, sha256;
-  };
-  void read_grid(const google::protobuf::Struct& manifest);
-  void read_region(const google::protobuf::Struct& manifest);
-  void read_layout(const google::protobuf::Struct& manifest);
-  void read_layers(const google::protobuf::Struct& manifest);
-  void read_materials(const google::protobuf::Struct& manifest);
+  void read_grid();
+  void read_planes();
+  void read_materials();
+  const v1::StoredFile& stored(std::uint32_t layer, std::size_t plane) const;
   [[noreturn]] void fail(const std::string& what) const;
 
   const std::filesystem::path folder_;
+  v1::Manifest manifest_;
   std::uint32_t columns_ = 0, rows_ = 0;
   std::array<double, 3> origin_mm_{}, pitch_mm_{};
-  bool is_region_ = false, columns_descend_ = false, rows_descend_ = false;
-  std::string mesh_id_;
-  bool has_several_parts_ = false;  // Or copies of one.
-  std::vector<double> placement_;
+  bool is_region_ = false, rows_descend_ = false;
   std::vector<StackPlane> planes_;
   std::vector<StackMaterial> materials_;
   std::uint32_t background_rgba_ = 0x000000ff;
-  std::vector<std::vector<File>> files_;  // By layer and plane.
 };
 
 }  // namespace ccslice::cli

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/cli/base/message_json.h"
 #include "client/cli/output/manifest.h"
 #include "client/cli/output/tar.h"
 #include "client/mesh_bytes.h"
@@ -26,7 +27,6 @@ namespace {
 LayerStream::LayerStream(std::FILE* stream, StreamForm form, LayerFiles files, JobKey job)
     : stream_(stream), form_(form), files_(std::move(files)), job_(std::move(job)) {
   std::signal(SIGPIPE, SIG_IGN);
-  layers_.begin_array();
 }
 
 void LayerStream::put(std::string_view bytes) {
@@ -49,7 +49,7 @@ void LayerStream::add(const std::string& name, std::string_view bytes) {
 void LayerStream::write(const client::Layer& layer) {
   const std::vector<LayerFile> files = files_.of(layer);
   for (const LayerFile& file : files) add(file.name, file.bytes);
-  layers_.raw(files_.manifest_entry(layer, files));
+  *manifest_.add_layers() = files_.manifest_entry(layer, files);
 }
 
 std::string LayerStream::write_contact_sheet(const std::string& png) {
@@ -60,9 +60,9 @@ std::string LayerStream::write_contact_sheet(const std::string& png) {
 
 void LayerStream::finish(const client::SliceOutcome& outcome, const v1::SliceJob& sliced,
                          const v1::PlanSlicesResponse& plan) {
-  layers_.end_array();
   if (form_ == StreamForm::kOneFile) return;
-  add(kManifest, manifest(outcome, sliced, plan, job_, layers_.text()));
+  complete_manifest(outcome, sliced, plan, job_, manifest_);
+  add(kManifest, json_of(manifest_) + "\n");
   put(tar_end());
   flush();
 }

@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "client/cli/base/json.h"
+#include "client/cli/base/messages.h"
 #include "client/cli/output/job_journal.h"
 #include "client/cli/output/layer_files.h"
 #include "client/cli/output/layer_sink.h"
@@ -45,7 +45,7 @@ class LayerStream : public LayerSink {
   const LayerFiles files_;
   JobKey job_;
   const client::SliceOutcome finished_;  // Nothing is there before.
-  JsonWriter layers_;
+  v1::Manifest manifest_;
   std::uint64_t written_bytes_ = 0;
 };
 

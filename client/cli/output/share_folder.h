@@ -6,29 +6,18 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
-#include <utility>
 #include <vector>
 
+#include "client/cli/base/messages.h"
 #include "client/cli/options/job_share.h"
-#include "client/cli/output/layer_entry.h"
 
 namespace ccslice::cli {
-
-struct ShareLayer {
-  std::string entry;  // What manifest.json says of it, as it is written there.
-  std::vector<FileEntry> files;
-};
 
 struct ShareFolder {
   std::filesystem::path path;
   ShareRecord record;
-  std::vector<ShareLayer> layers;  // All of record.layers, in order.
-  /// All members of manifest.json in their order, as they are written there. That of the layers is empty.
-  std::vector<std::pair<std::string, std::string>> members;
-
-  /// A member's text, or nothing.
-  std::string member(const std::string& name) const;
+  std::vector<v1::LayerEntry> layers;  // All of record.layers, in order.
+  v1::Manifest manifest;               // Without them.
 };
 
 /// Reads manifest.json, no other file. Throws Error{kFileUnreadable, kFileSyntax} unless it is that of a whole share.

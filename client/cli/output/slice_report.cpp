@@ -6,17 +6,31 @@
 #include <vector>
 
 #include "client/cli/base/console.h"
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
+#include "client/cli/output/manifest.h"
 #include "core/base/echo.h"
 #include "core/base/number_text.h"
 
 namespace ccslice::cli {
 namespace {
 
-void add_share(const PlannedJob& job, JsonWriter& json) {
-  if (!job.key.share) return;
-  json.key("share");
-  add_json(*job.key.share, json);
+v1::SlicedLayers sliced_document(const std::string& output, const PlannedJob& job, const SliceResult& result) {
+  const client::SliceOutcome& outcome = result.outcome;
+  v1::SlicedLayers document;
+  document.set_output(output);
+  document.set_mesh_id(job.request.job().parts(0).mesh_id());
+  if (job.key.share) *document.mutable_share() = document_of(*job.key.share);
+  document.set_engine_version(outcome.header.engine_version());
+  document.set_layers(outcome.layers);
+  document.set_empty_layers(outcome.empty_layers);
+  set_voxel_counts(outcome, document);
+  set_misfit_counts(outcome, document);
+  document.set_written_bytes(result.written_bytes);
+  document.set_seconds(result.seconds);
+  if (!result.contact_sheet.empty()) document.set_contact_sheet(result.contact_sheet);
+  document.set_resumes(static_cast<std::uint32_t>(outcome.resumes));
+  document.set_reuploads(static_cast<std::uint32_t>(outcome.reuploads));
+  return document;
 }
 
 /// Voxels whose values the material maps don't take as they are.
@@ -46,21 +60,7 @@ std::string place_of(const std::string& output) { return output == "-" ? "standa
 void report_sliced(const Session& session, const std::string& output, const PlannedJob& job,
                    const SliceResult& result) {
   const client::SliceOutcome& outcome = result.outcome;
-  if (session.options().json) {
-    JsonWriter json;
-    json.begin_object().member("output", output).member("mesh_id", job.request.job().parts(0).mesh_id());
-    add_share(job, json);
-    json.member("engine_version", outcome.header.engine_version()).member("layers", outcome.layers);
-    json.member("empty_layers", outcome.empty_layers).member("voxel_count", outcome.voxel_count);
-    json.member("voxels_interpolated", outcome.voxels_interpolated);
-    json.member("voxels_unresolved", outcome.voxels_unresolved).member("voxels_repainted", outcome.voxels_repainted);
-    json.member("voxels_off_map", outcome.voxels_off_map).member("voxels_scaled_up", outcome.voxels_scaled_up);
-    json.member("least_fraction_sum", outcome.least_fraction_sum).member("max_residual_mm", outcome.max_residual_mm);
-    json.member("written_bytes", result.written_bytes).member("seconds", result.seconds);
-    if (!result.contact_sheet.empty()) json.member("contact_sheet", result.contact_sheet);
-    json.member("resumes", outcome.resumes).member("reuploads", outcome.reuploads);
-    return print_line(json.end_object().text());
-  }
+  if (session.options().json) return print_line(json_of(sliced_document(output, job, result)));
   const std::string said = show_count(outcome.layers, "layer") + ", " + show_count(outcome.voxel_count, "voxel") +
                            " inside, " + show_bytes(result.written_bytes) + " in " + show_duration(result.seconds) +
                            " -> " + place_of(output);
@@ -86,11 +86,13 @@ void report_sliced(const Session& session, const std::string& output, const Plan
 
 void report_complete(const Session& session, const std::string& output, const PlannedJob& job) {
   if (session.options().json) {
-    JsonWriter json;
-    json.begin_object().member("output", output).member("engine_version", job.plan.engine_version());
-    add_share(job, json);
-    json.member("layers", job.layers()).member("written_bytes", std::uint64_t{0}).member("complete_before", true);
-    return print_line(json.end_object().text());
+    v1::CompleteLayers document;
+    document.set_output(output);
+    document.set_engine_version(job.plan.engine_version());
+    if (job.key.share) *document.mutable_share() = document_of(*job.key.share);
+    document.set_layers(job.layers());
+    document.set_complete_before(true);
+    return print_line(json_of(document));
   }
   print_line(show_count(job.layers(), "layer") + " -> " + output);
 }

@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/cli/base/json.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/view/view_guard.h"
 #include "client/cli/view/view_previews.h"
 #include "client/cli/view/web_files.h"
@@ -33,11 +33,11 @@ constexpr int kBadRequest = 400, kConflict = 409, kNotFound = 404, kLengthRequir
               kInternal = 500, kAway = 503;
 
 void answer_error(int status, const std::string& reason, const std::string& message, httplib::Response& response) {
-  JsonWriter json;
-  json.begin_object().key("error").begin_object();
-  json.member("reason", reason).member("message", message);
+  v1::FailureDocument document;
+  document.mutable_error()->set_reason(reason);
+  document.mutable_error()->set_message(message);
   response.status = status;
-  response.set_content(json.end_object().end_object().text(), "application/json");
+  response.set_content(json_of(document), "application/json");
 }
 
 int status_of(const client::ClientError& error) {
@@ -51,16 +51,6 @@ int status_of(const client::ClientError& error) {
     case grpc::StatusCode::DEADLINE_EXCEEDED: return kAway;
     default: return kInternal;
   }
-}
-
-/// The contract's own JSON, with its names.
-std::string json_of(const google::protobuf::Message& message) {
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
-  std::string text;
-  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
-  return status.ok() ? text : "{}";
 }
 
 /// Whether the body is such a message; otherwise the answer says what is wrong.
@@ -184,7 +174,7 @@ void ViewServer::State::show(const httplib::Request& request, httplib::Response&
   asked.set_coarse(request.get_param_value("stage") == "coarse");
   const auto picture = shown(asked, request.get_param_value("page"));
   if (!picture) return answer_error(kConflict, "STALE", "a newer picture has been asked for", response);
-  response.set_header("Ccslice-Preview", json_of(picture->header));
+  response.set_header("Ccslice-Preview", protobuf_json(picture->header, true));
   response.set_content(picture->bytes, "image/png");
 }
 
@@ -213,14 +203,14 @@ void ViewServer::State::probe(const httplib::Request& request, httplib::Response
   const auto answers = session.client().probe(id, asked.placement(), points, session.call());
   v1::ProbePointsResponse all;
   for (const v1::ProbePointsResponse& answer : answers) all.MergeFrom(answer);
-  response.set_content(json_of(all), "application/json");
+  response.set_content(protobuf_json(all, true), "application/json");
 }
 
 void ViewServer::State::plan(const httplib::Request& request, httplib::Response& response) {
   v1::PlanSlicesRequest asked;
   if (!parse(request, asked, response)) return;
   take_viewed(*asked.mutable_job());
-  response.set_content(json_of(session.client().plan(asked, session.call())), "application/json");
+  response.set_content(protobuf_json(session.client().plan(asked, session.call()), true), "application/json");
 }
 
 void ViewServer::State::tessellate(const httplib::Request& request, httplib::Response& response) {
@@ -240,15 +230,17 @@ void ViewServer::State::tessellate(const httplib::Request& request, httplib::Res
   }
   const std::string bytes = surface_bytes(surface, channel);
   surface.header.clear_channels();  // Of the mesh's summary, and perhaps too many for a header.
-  response.set_header("Ccslice-Surface", json_of(surface.header));
+  response.set_header("Ccslice-Surface", protobuf_json(surface.header, true));
   response.set_content(bytes, "application/octet-stream");
 }
 
 void ViewServer::State::list(httplib::Response& response) {
-  JsonWriter json;
-  json.begin_object().member("first", mesh.id).member("name", mesh.name).key("meshes").begin_array();
-  for (const v1::MeshSummary& summary : session.client().list_meshes(session.call())) json.raw(json_of(summary));
-  response.set_content(json.end_array().end_object().text(), "application/json");
+  v1::ViewedMeshes viewed;
+  viewed.set_first(mesh.id);
+  viewed.set_name(mesh.name);
+  const std::vector<v1::MeshSummary> meshes = session.client().list_meshes(session.call());
+  *viewed.mutable_meshes() = {meshes.begin(), meshes.end()};
+  response.set_content(protobuf_json(viewed, true), "application/json");
 }
 
 void ViewServer::State::add_calls() {

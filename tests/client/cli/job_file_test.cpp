@@ -10,6 +10,7 @@
 #include <fstream>
 #include <string>
 
+#include "client/cli/base/message_json.h"
 #include "client/cli/base/text_values.h"
 #include "client/job.h"
 #include "core/base/error.h"
@@ -59,7 +60,7 @@ TEST_F(JobFile, ComesBackAsItWasWritten) {
   const v1::SliceJob job = job_with_everything();
   write_job_file(path_, job);
   EXPECT_TRUE(MessageDifferencer::Equals(read_job_file(path_), job));
-  EXPECT_TRUE(MessageDifferencer::Equals(read_job_file(write(job_json(job))), job));
+  EXPECT_TRUE(MessageDifferencer::Equals(read_job_file(write(protobuf_json(job))), job));
 }
 
 TEST_F(JobFile, KeepsAnotherJobThatIsThere) {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/base/json_fields.h"
+#include "client/cli/base/message_json.h"
 #include "core/job/slice_job.h"
 
 namespace ccslice::cli {
@@ -119,14 +119,13 @@ TEST(JobShare, WhatIsNoShareIsRefusedByName) {
 
 TEST(JobShare, RecordsAreReadAsTheyWereWritten) {
   const ShareRecord record = {{2, 3}, {64, 100}, "job", {5, 200}, "digest"};
-  JsonWriter json;
-  add_json(record, json);
-  const auto read = share_record(*parse_object(json.text()));
+  const std::string json = json_of(document_of(record));
+  v1::JobPart document;
+  ASSERT_TRUE(read_json(json, document));
+  const auto read = share_record(document);
   ASSERT_TRUE(read);
-  JsonWriter again;
-  add_json(*read, again);
-  EXPECT_EQ(again.text(), json.text());
-  EXPECT_EQ(json.text(),
+  EXPECT_EQ(json_of(document_of(*read)), json);
+  EXPECT_EQ(json,
             R"({"number":2,"count":3,"first_layer":64,"layers":37,"job":{"id":"job","first_layer":5,"layers":196},)"
             R"("contact_sheet_sha256":"digest"})");
   EXPECT_EQ(describe(record), "share 2/3, layers 64 to 100 of 5 to 200");
@@ -134,7 +133,9 @@ TEST(JobShare, RecordsAreReadAsTheyWereWritten) {
 
 TEST(JobShare, RecordsThatCantBeRightAreNone) {
   const auto read = [](const std::string& share, const std::string& layers, const std::string& job) {
-    return share_record(*parse_object("{" + share + "," + layers + R"(,"job":{"id":"j",)" + job + "}}"));
+    v1::JobPart document;
+    EXPECT_TRUE(read_json("{" + share + "," + layers + R"(,"job":{"id":"j",)" + job + "}}", document));
+    return share_record(document);
   };
   const std::string share = R"("number":2,"count":3)", layers = R"("first_layer":64,"layers":37)",
                     job = R"("first_layer":5,"layers":196)";

@@ -11,8 +11,8 @@
 #include <limits>
 #include <string>
 
-#include "client/cli/base/json.h"
-#include "client/cli/output/manifest.h"
+#include "client/cli/base/message_json.h"
+#include "client/cli/output/documents.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 
@@ -80,14 +80,11 @@ TEST(Numbering, TranslatesThePlansWarnings) {
   const std::string text = describe(plan, abaqus());
   EXPECT_THAT(text, AllOf(HasSubstr("in element 503 near"), HasSubstr("(elements 501, 18446744073709551615)"),
                           HasSubstr("boundary node 1005 is")));
-  JsonWriter json;
   const FileNumbers numbers = abaqus();
-  add_json(told, json, &numbers);
-  EXPECT_THAT(json.text(), AllOf(HasSubstr("\"control_cells\":[0,19],\"file_cells\":[501,18446744073709551615]"),
-                                 HasSubstr("in element 503 near")));
-  JsonWriter plain;
-  add_json(plan, plain);
-  EXPECT_THAT(plain.text(), Not(HasSubstr("file_cells")));
+  EXPECT_THAT(json_of(document_of(told, &numbers)),
+              AllOf(HasSubstr("\"control_cells\":[0,19],\"file_cells\":[501,18446744073709551615]"),
+                    HasSubstr("in element 503 near")));
+  EXPECT_THAT(json_of(document_of(plan)), Not(HasSubstr("file_cells")));
 }
 
 // A server lists 32 of the 75 at most.
@@ -127,12 +124,11 @@ TEST(Numbering, TranslatesWhatIsSaidOfMeshes) {
   cut_short.mutable_overlaps()->set_more(true);
   EXPECT_THAT(describe_faults(cut_short), HasSubstr("overlaps   none found, but so many faces are close to others"));
   EXPECT_THAT(describe(deviation, abaqus()), HasSubstr("boundary node 1007 from"));
-  JsonWriter json;
   const FileNumbers numbers = abaqus();
-  add_json(mesh, json, &numbers);
-  EXPECT_THAT(json.text(), AllOf(HasSubstr("\"control_cell\":4,\"file_cell\":505"),
-                                 HasSubstr("\"control_cells\":[2,4],\"file_cells\":[503,505],\"position_mm\""),
-                                 HasSubstr("\"farthest_vertex\":7,\"farthest_file_vertex\":1007")));
+  EXPECT_THAT(json_of(document_of(mesh, &numbers)),
+              AllOf(HasSubstr("\"control_cell\":4,\"file_cell\":505"),
+                    HasSubstr("\"control_cells\":[2,4],\"file_cells\":[503,505],\"depth_mm\""),
+                    HasSubstr("\"farthest_vertex\":7,\"farthest_file_vertex\":1007")));
 }
 
 }  // namespace
