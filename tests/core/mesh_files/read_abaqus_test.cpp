@@ -195,6 +195,7 @@ TEST_F(IncludedFiles, StandWhereTheyAreNamed) {
 
 // Lest a file that somebody sent reads others, whose lines errors would repeat.
 TEST_F(IncludedFiles, StayBelowTheFolderUnlessAllowed) {
+  fs::create_directories(folder_ / "common");
   write("common/nodes.inp", "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n");
   const std::string element = "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n";
   const std::string path = write("deeper/main.inp", "*INCLUDE, INPUT=../common/nodes.inp\n" + element);
