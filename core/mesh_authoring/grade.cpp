@@ -12,7 +12,6 @@
 #include "core/base/read_file.h"
 #include "core/mesh_authoring/boundary_distance.h"
 #include "core/mesh_import/channels.h"
-#include "core/mesh_import/mesh_file.h"
 #include "core/mesh_import/text_scanner.h"
 
 namespace ccslice {

@@ -12,7 +12,6 @@
 #include "client/cli/base/json_scanner.h"
 #include "core/base/error.h"
 #include "core/mesh_files/read_mesh.h"
-#include "core/mesh_import/mesh_file.h"
 #include "core/mesh_import/text_scanner.h"
 
 namespace ccslice::cli {

@@ -10,7 +10,6 @@
 #include "core/base/error.h"
 #include "core/base/read_file.h"
 #include "core/mesh_authoring/sharpen.h"
-#include "core/mesh_import/mesh_file.h"
 
 namespace ccslice::cli {
 namespace {

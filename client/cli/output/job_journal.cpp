@@ -16,7 +16,6 @@
 #include "client/mesh_bytes.h"
 #include "core/base/error.h"
 #include "core/base/read_file.h"
-#include "core/mesh_import/mesh_file.h"
 
 namespace ccslice::cli {
 namespace {
@@ -41,12 +40,12 @@ JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResp
                   std::string_view contour_format) {
   const std::string job = request.SerializeAsString() + plan.engine_version() + plan.grid().SerializeAsString() +
                           std::string(contour_format);
-  return {client::sha256_of(job), request.layer_count()};
+  return {client::sha256_of(job), request.first_layer(), request.layer_count()};
 }
 
 JobKey job_key_of(const ShareRecord& record) {
   const std::string job = record.job_id + " " + describe(record.share);
-  return {client::sha256_of(job), record.layers.last - record.layers.first + 1, record};
+  return {client::sha256_of(job), record.layers.first, record.layers.last - record.layers.first + 1, record};
 }
 
 bool holds_whole_job(const fs::path& folder, const JobKey& job) {
@@ -59,8 +58,11 @@ bool holds_whole_job(const fs::path& folder, const JobKey& job) {
   if (!readable || manifest.job() != job.id) {
     throw Error(ErrorCode::kFileUnwritable, folder.string() + " holds all layers of another job" + remedy);
   }
-  for (const v1::LayerEntry& layer : manifest.layers()) {
-    if (is_whole_layer(folder, layer)) continue;
+  std::uint64_t next = job.first_layer;
+  const bool whole = std::ranges::all_of(manifest.layers(), [&](const v1::LayerEntry& layer) {
+    return layer.layer() == next++ && is_whole_layer(folder, layer);
+  });
+  if (!whole || next != std::uint64_t{job.first_layer} + job.layers) {
     throw Error(ErrorCode::kFileUnwritable,
                 folder.string() + " holds this job, but files of it have changed since it was complete" + remedy);
   }
@@ -79,7 +81,8 @@ FinishedLayers read_journal(const fs::path& folder, const JobKey& job) {
   }
   while (finished.counts.layers + 1 < job.layers && std::getline(file, line)) {
     v1::LayerEntry layer;
-    if (!read_json(line, layer) || !is_whole_layer(folder, layer)) break;
+    const std::uint64_t next = job.first_layer + finished.counts.layers;  // A line may be there twice, or be missing.
+    if (!read_json(line, layer) || layer.layer() != next || !is_whole_layer(folder, layer)) break;
     finished.counts.add_counts(counts_of_entry(layer));
     *finished.layers.Add() = std::move(layer);
   }

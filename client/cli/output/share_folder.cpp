@@ -14,7 +14,6 @@
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/read_file.h"
-#include "core/mesh_import/mesh_file.h"
 
 namespace ccslice::cli {
 namespace {

@@ -14,7 +14,6 @@
 #include "client/cli/base/text_values.h"
 #include "client/job.h"
 #include "core/base/error.h"
-#include "core/base/read_file.h"
 #include "tests/support/temporary_folder.h"
 
 namespace ccslice::cli {

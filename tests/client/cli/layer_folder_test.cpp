@@ -148,6 +148,10 @@ TEST_F(CommandLine, AnInterruptedJobGoesOnAndEndsWithTheSameBytes) {
   };
   EXPECT_THAT(slice("out", {}).err, HasSubstr("--resume goes on with it"));
   EXPECT_FALSE(fs::exists(path("out/manifest.json")));
+  // A line that is there twice doesn't stand for a layer.
+  const std::string journal = read_whole(path("out/journal.jsonl"));
+  const std::size_t second = journal.find('\n') + 1, third = journal.find('\n', second) + 1;
+  cli::write_file(path("out/journal.jsonl"), journal.substr(0, third) + journal.substr(second));
   fake.before_layer = {};
   const ProcessResult refused = slice("out", {});
   EXPECT_EQ(refused.exit_code, cli::kExitOutput);
