@@ -40,12 +40,12 @@ JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResp
                   std::string_view contour_format) {
   const std::string job = request.SerializeAsString() + plan.engine_version() + plan.grid().SerializeAsString() +
                           std::string(contour_format);
-  return {client::sha256_of(job), request.first_layer(), request.layer_count()};
+  return {client::sha256_of(job), request.layer_count(), request.first_layer()};
 }
 
 JobKey job_key_of(const ShareRecord& record) {
   const std::string job = record.job_id + " " + describe(record.share);
-  return {client::sha256_of(job), record.layers.first, record.layers.last - record.layers.first + 1, record};
+  return {client::sha256_of(job), record.layers.last - record.layers.first + 1, record.layers.first, record};
 }
 
 bool holds_whole_job(const fs::path& folder, const JobKey& job) {

@@ -27,7 +27,7 @@ namespace ccslice::cli {
 
 struct JobKey {
   std::string id;  // The same for the same layers of the same job by the same engine.
-  std::uint32_t first_layer = 0, layers = 0;
+  std::uint32_t layers = 0, first_layer = 0;
   std::optional<ShareRecord> share = std::nullopt;  // If it is of a share.
 };
 
