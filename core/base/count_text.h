@@ -16,7 +16,7 @@ inline std::string plural_of(std::string_view noun) {
   struct Ending {
     std::string_view one, many;
   };
-  for (const auto& [one, many] : {Ending{"vertex", "vertices"}, Ending{"hedron", "hedra"}}) {
+  for (const auto& [one, many] : {Ending{"vertex", "vertices"}, Ending{"hedron", "hedra"}, Ending{"sh", "shes"}}) {
     if (!noun.ends_with(one)) continue;
     noun.remove_suffix(one.size());
     return std::string(noun).append(many);

@@ -172,7 +172,11 @@ bool AbaqusLines::may_include(const std::filesystem::path& target) const {
 
 std::size_t AbaqusLines::open(const std::string& path) {
   for (std::size_t file = 1; file < files_.size(); ++file) {
-    if (files_[file].path == path) return file;
+    if (files_[file].path != path) continue;
+    included_bytes_ += files_[file].bytes.size();  // Its lines are read again.
+    if (included_bytes_ <= kMostIncludedBytes) return file;
+    fail_at(mark_, ErrorCode::kMeshTooLarge,
+            "the included files have more than " + std::to_string(kMostIncludedBytes) + " bytes, each time counted");
   }
   File& file = files_.emplace_back(File{path, read_file_bytes(path, kMostIncludedBytes - included_bytes_), {}});
   file.bytes = file.owned;

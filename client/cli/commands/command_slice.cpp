@@ -213,7 +213,7 @@ PlannedJob plan_job(Session& session, const SliceOptions& options, const v1::Sli
   const Share share = parse_share("--share", *options.share);
   const LayerRange own = layers_of_share(share, layers);
   job.request = slice_request(message, own);
-  job.key = job_key_of(ShareRecord{share, own, job.key.id, layers});
+  job.key = job_key_of(ShareRecord{share, own, job.key.id, layers}, job.key.files_of_layer);
   return job;
 }
 

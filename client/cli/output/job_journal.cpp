@@ -10,6 +10,7 @@
 #include <fstream>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "client/cli/base/message_json.h"
 #include "client/cli/output/layer_entry.h"
@@ -22,8 +23,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_whole_layer(const fs::path& folder, const v1::LayerEntry& layer) {
-  return std::ranges::all_of(files_of_entry(layer),
+bool is_whole_layer(const fs::path& folder, const JobKey& job, const v1::LayerEntry& layer) {
+  const std::vector<v1::StoredFile> files = files_of_entry(layer);
+  return files.size() == job.files_of_layer.value_or(files.size()) &&
+         std::ranges::all_of(files,
                              [&](const v1::StoredFile& file) { return read_whole_file(folder, file).has_value(); });
 }
 
@@ -40,12 +43,14 @@ JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResp
                   std::string_view contour_format) {
   const std::string job = request.SerializeAsString() + plan.engine_version() + plan.grid().SerializeAsString() +
                           std::string(contour_format);
-  return {client::sha256_of(job), request.layer_count(), request.first_layer()};
+  const auto files = static_cast<std::size_t>(request.job().planes_size() + (request.job().has_contours() ? 1 : 0));
+  return {client::sha256_of(job), request.layer_count(), request.first_layer(), std::nullopt, files};
 }
 
-JobKey job_key_of(const ShareRecord& record) {
+JobKey job_key_of(const ShareRecord& record, std::optional<std::size_t> files_of_layer) {
   const std::string job = record.job_id + " " + describe(record.share);
-  return {client::sha256_of(job), record.layers.last - record.layers.first + 1, record.layers.first, record};
+  return {client::sha256_of(job), record.layers.last - record.layers.first + 1, record.layers.first, record,
+          files_of_layer};
 }
 
 bool holds_whole_job(const fs::path& folder, const JobKey& job) {
@@ -60,7 +65,7 @@ bool holds_whole_job(const fs::path& folder, const JobKey& job) {
   }
   std::uint64_t next = job.first_layer;
   const bool whole = std::ranges::all_of(manifest.layers(), [&](const v1::LayerEntry& layer) {
-    return layer.layer() == next++ && is_whole_layer(folder, layer);
+    return layer.layer() == next++ && is_whole_layer(folder, job, layer);
   });
   if (!whole || next != std::uint64_t{job.first_layer} + job.layers) {
     throw Error(ErrorCode::kFileUnwritable,
@@ -82,7 +87,7 @@ FinishedLayers read_journal(const fs::path& folder, const JobKey& job) {
   while (finished.counts.layers + 1 < job.layers && std::getline(file, line)) {
     v1::LayerEntry layer;
     const std::uint64_t next = job.first_layer + finished.counts.layers;  // A line may be there twice, or be missing.
-    if (!read_json(line, layer) || layer.layer() != next || !is_whole_layer(folder, layer)) break;
+    if (!read_json(line, layer) || layer.layer() != next || !is_whole_layer(folder, job, layer)) break;
     finished.counts.add_counts(counts_of_entry(layer));
     *finished.layers.Add() = std::move(layer);
   }

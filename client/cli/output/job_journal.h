@@ -28,13 +28,14 @@ namespace ccslice::cli {
 struct JobKey {
   std::string id;  // The same for the same layers of the same job by the same engine.
   std::uint32_t layers = 0, first_layer = 0;
-  std::optional<ShareRecord> share = std::nullopt;  // If it is of a share.
+  std::optional<ShareRecord> share = std::nullopt;           // If it is of a share.
+  std::optional<std::size_t> files_of_layer = std::nullopt;  // How many each has; unset if nobody knows.
 };
 
 JobKey job_key_of(const v1::SliceRangeRequest& request, const v1::PlanSlicesResponse& plan,
                   std::string_view contour_format);
 /// That of a share. Shares of other sizes have other keys, even where they have the same layers.
-JobKey job_key_of(const ShareRecord& record);
+JobKey job_key_of(const ShareRecord& record, std::optional<std::size_t> files_of_layer = std::nullopt);
 
 /// Layers that an earlier run finished: the first ones of the job.
 struct FinishedLayers {

@@ -51,10 +51,12 @@ void LayerStack::read_planes() {
     planes_.push_back({plane.content(), plane.channel(), plane.sample_type(), plane.encoding()});
     if (plane.value_range_size() == 2) planes_.back().value_range = {plane.value_range(0), plane.value_range(1)};
   }
+  if (manifest_.layers().empty()) fail("has no layers");
+  std::uint64_t number = manifest_.layers(0).layer();
   for (const v1::LayerEntry& layer : manifest_.layers()) {
+    if (layer.layer() != number++) fail("doesn't have its layers in order, each once");
     if (static_cast<std::size_t>(layer.planes_size()) != planes_.size()) fail("lacks files of a layer");
   }
-  if (manifest_.layers().empty()) fail("has no layers");
 }
 
 void LayerStack::read_grid() {

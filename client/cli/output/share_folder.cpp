@@ -42,6 +42,10 @@ void check_layers(const ShareFolder& share) {
   std::uint32_t number = range.first;
   for (const v1::LayerEntry& layer : share.layers) {
     if (layer.layer() != number++) refuse_manifest(share.path, "doesn't have the layers of its share in order");
+    if (layer.planes_size() != share.manifest.planes_size() ||
+        layer.has_contours() != share.layers.front().has_contours()) {
+      refuse_manifest(share.path, "lacks files of layer " + std::to_string(layer.layer()));
+    }
     for (const v1::StoredFile& file : files_of_entry(layer)) {
       if (is_layer_file(file.file())) continue;
       refuse_manifest(share.path, "names " + echoed(file.file()) + ", which isn't a layer's file");

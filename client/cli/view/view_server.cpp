@@ -28,7 +28,8 @@
 namespace ccslice::cli {
 namespace {
 
-constexpr std::size_t kMostBodyBytes = 4 << 20;
+constexpr std::size_t kMostBodyBytes = 4 << 20, kMostSessionBytes = 256;
+constexpr const char* kSessionPath = "/api/session";
 constexpr int kBadRequest = 400, kConflict = 409, kNotFound = 404, kLengthRequired = 411, kTooMany = 429,
               kInternal = 500, kAway = 503;
 
@@ -63,8 +64,9 @@ bool parse(const httplib::Request& request, google::protobuf::Message& message, 
   return false;
 }
 
-/// Reads the token of {"token": "..."}. Empty if the body isn't that.
+/// Reads the token of {"token": "..."}. Empty if the body isn't that, or is longer than any: anybody may send one.
 std::string token_of(const httplib::Request& request) {
+  if (request.body.size() > kMostSessionBytes) return {};
   google::protobuf::Struct session;
   if (!google::protobuf::util::JsonStringToMessage(request.body, &session).ok()) return {};
   const auto found = session.fields().find("token");
@@ -119,9 +121,9 @@ struct ViewServer::State {
 
   void add_files();
   void add_calls();
-  /// A handler of what needs the token, whose errors become answers.
+  /// A handler whose errors become answers.
   template <typename Handle>
-  httplib::Server::Handler guarded(Handle handle);
+  httplib::Server::Handler answering(Handle handle);
   std::shared_ptr<const client::PreviewPicture> shown(const v1::PreviewRequest& asked, const std::string& page);
   /// A request, or a job, that names no mesh is of the one that is viewed.
   template <typename Message>
@@ -140,12 +142,8 @@ struct ViewServer::State {
 };
 
 template <typename Handle>
-httplib::Server::Handler ViewServer::State::guarded(Handle handle) {
-  return [this, handle](const httplib::Request& request, httplib::Response& response) {
-    std::array<std::string, 4> texts;
-    if (const auto refusal = guard->refuse_without_token(headers_of(request, texts))) {
-      return answer_error(refusal->status, "TOKEN_MISSING", refusal->message, response);
-    }
+httplib::Server::Handler ViewServer::State::answering(Handle handle) {
+  return [handle](const httplib::Request& request, httplib::Response& response) {
     try {
       handle(request, response);
     } catch (const client::ClientError& error) {
@@ -244,7 +242,7 @@ void ViewServer::State::list(httplib::Response& response) {
 }
 
 void ViewServer::State::add_calls() {
-  server.Post("/api/session", [this](const httplib::Request& request, httplib::Response& response) {
+  server.Post(kSessionPath, [this](const httplib::Request& request, httplib::Response& response) {
     if (!guard->is_token(token_of(request))) {
       const auto refusal = guard->refuse_without_token({});
       return answer_error(refusal->status, "TOKEN_MISSING", refusal->message, response);
@@ -253,11 +251,12 @@ void ViewServer::State::add_calls() {
     response.status = kNoContent;
     response.set_header("Set-Cookie", guard->cookie());
   });
-  server.Get("/api/meshes", guarded([this](const httplib::Request&, httplib::Response& r) { list(r); }));
-  server.Post("/api/preview", guarded([this](const httplib::Request& q, httplib::Response& r) { show(q, r); }));
-  server.Post("/api/plan", guarded([this](const httplib::Request& q, httplib::Response& r) { plan(q, r); }));
-  server.Post("/api/boundary", guarded([this](const httplib::Request& q, httplib::Response& r) { tessellate(q, r); }));
-  server.Post("/api/probe", guarded([this](const httplib::Request& q, httplib::Response& r) { probe(q, r); }));
+  server.Get("/api/meshes", answering([this](const httplib::Request&, httplib::Response& r) { list(r); }));
+  server.Post("/api/preview", answering([this](const httplib::Request& q, httplib::Response& r) { show(q, r); }));
+  server.Post("/api/plan", answering([this](const httplib::Request& q, httplib::Response& r) { plan(q, r); }));
+  server.Post("/api/boundary",
+              answering([this](const httplib::Request& q, httplib::Response& r) { tessellate(q, r); }));
+  server.Post("/api/probe", answering([this](const httplib::Request& q, httplib::Response& r) { probe(q, r); }));
 }
 
 ViewServer::ViewServer(Session& session, ViewedMesh mesh, std::uint16_t port)
@@ -297,10 +296,18 @@ ViewServer::ViewServer(Session& session, ViewedMesh mesh, std::uint16_t port)
       answer_error(refusal->status, "STRANGER", refusal->message, response);
       return httplib::Server::HandlerResponse::Handled;
     }
-    // The library bounds bodies by the length that they announce, and chunked ones not at all.
-    if (request.has_header("Transfer-Encoding")) {
-      answer_error(kLengthRequired, "REQUEST_MALFORMED", "a body needs a Content-Length", response);
+    // The library bounds bodies by the length that they announce: chunked ones not at all, nor what packed ones become.
+    if (request.has_header("Transfer-Encoding") || request.has_header("Content-Encoding")) {
+      answer_error(kLengthRequired, "REQUEST_MALFORMED", "a body needs a Content-Length, and no Content-Encoding",
+                   response);
       return httplib::Server::HandlerResponse::Handled;
+    }
+    // Before a body is read.
+    if (request.path.starts_with("/api/") && request.path != kSessionPath) {
+      if (const auto refusal = state.guard->refuse_without_token(headers_of(request, texts))) {
+        answer_error(refusal->status, "TOKEN_MISSING", refusal->message, response);
+        return httplib::Server::HandlerResponse::Handled;
+      }
     }
     // A thousand ranges of a file would be a thousand copies of it. Servers may ignore ranges.
     const_cast<httplib::Request&>(request).ranges.clear();

@@ -12,6 +12,7 @@
 #include <chrono>
 #include <csignal>
 #include <fstream>
+#include <regex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -170,6 +171,11 @@ TEST_F(CommandLine, AnInterruptedJobGoesOnAndEndsWithTheSameBytes) {
   const ProcessResult other = slice("out", {"--resume", "--layers", "0..9"});
   EXPECT_EQ(other.exit_code, cli::kExitOutput);
   EXPECT_THAT(other.err, HasSubstr("another job"));
+  const std::string manifest = read_whole(path("out/manifest.json"));
+  const std::regex files_of_3(R"("planes":\[\{"file":"layer_0003[^\]]*\])");
+  cli::write_file(path("out/manifest.json"), std::regex_replace(manifest, files_of_3, R"("planes":[])"));
+  EXPECT_THAT(slice("out", {"--resume"}).err, HasSubstr("have changed")) << "it lacks files";
+  cli::write_file(path("out/manifest.json"), manifest);
   cli::write_file(path("out/layer_0003_occupancy.zst"), "damaged");
   const ProcessResult damaged = slice("out", {"--resume"});
   EXPECT_EQ(damaged.exit_code, cli::kExitOutput);

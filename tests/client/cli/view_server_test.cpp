@@ -114,6 +114,9 @@ TEST_F(View, IgnoresRangesAndRefusesBodiesWithoutALength) {
       "application/json");
   ASSERT_TRUE(chunked);
   EXPECT_EQ(chunked->status, 411);
+  EXPECT_EQ(http_->Post("/api/session", {{"Content-Encoding", "gzip"}}, "packed", "application/json")->status, 411);
+  const std::string deep = R"({"a":)" + std::string(100'000, '[') + std::string(100'000, ']') + "}";
+  EXPECT_EQ(http_->Post("/api/session", deep, "application/json")->status, 401);
 }
 
 TEST_F(View, ChangesTheTokenForACookie) {
