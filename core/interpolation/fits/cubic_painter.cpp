@@ -22,10 +22,10 @@ void LayerCubics::reduce(std::uint32_t index, const VoxelFrame& frame, std::span
 
 CubicPainter::CubicPainter(const LayerTarget& target, std::uint32_t layer, std::span<const ChannelTolerance> channels)
     : target_(target), layer_(layer) {
-  for (const ContonePlane& plane : target.planes) {
-    const auto found = std::find_if(channels.begin(), channels.end(),
-                                    [&](const ChannelTolerance& c) { return c.channel == plane.channel(); });
-    channel_of_plane_.push_back(static_cast<std::size_t>(found - channels.begin()));
+  for (std::size_t p = 0; p < target.planes.size(); ++p) {
+    const auto found = std::ranges::find_if(
+        channels, [&](const ChannelTolerance& c) { return c.channel == target.planes[p].channel(); });
+    if (found != channels.end()) planes_.push_back({p, static_cast<std::size_t>(found - channels.begin())});
   }
 }
 

@@ -48,7 +48,7 @@ class LayerCubics {
 
 class CubicPainter {
  public:
-  /// REQUIRES: target outlives the painter; each of its planes shows one of the channels.
+  /// Paints the target's planes of these channels. REQUIRES: target outlives the painter.
   CubicPainter(const LayerTarget& target, std::uint32_t layer, std::span<const ChannelTolerance> channels);
 
   /// Paints those of the voxels [begin, end) of a row that the planes hold; counts them as interpolated. `cubics`: in
@@ -59,9 +59,9 @@ class CubicPainter {
     if (part.begin == part.end) return;
     const Vec3 at = frame(Vec3(begin, row, layer_));
     const std::size_t index = target_.window.index(part.begin, row);
-    for (std::size_t p = 0; p < channel_of_plane_.size(); ++p) {
-      target_.planes[p].set_cubic(index, part.begin - begin, part.end - part.begin, at.x(), frame.scale.x(),
-                                  along_row(cubics[channel_of_plane_[p]], at.y()));
+    for (const auto& [plane, channel] : planes_) {
+      target_.planes[plane].set_cubic(index, part.begin - begin, part.end - part.begin, at.x(), frame.scale.x(),
+                                      along_row(cubics[channel], at.y()));
     }
     target_.stats.voxels_interpolated += target_.count(part);
   }
@@ -69,7 +69,10 @@ class CubicPainter {
  private:
   const LayerTarget& target_;
   std::uint32_t layer_;
-  std::vector<std::size_t> channel_of_plane_;
+  struct PaintedPlane {
+    std::size_t plane, channel;
+  };
+  std::vector<PaintedPlane> planes_;
 };
 
 }  // namespace ccslice
