@@ -21,20 +21,8 @@ inline bool equals_ignoring_case(std::string_view a, std::string_view b) {
   return std::ranges::equal(a, b, {}, lower, lower);
 }
 
-/// How many letters have to be put in, left out or changed to make one name of the other [Levenshtein 1966].
-inline std::size_t letters_between(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);  // From the letters of `a` so far to the first ones of `b`.
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t before = row[0]++;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t changed = before + (a[i] == b[j] ? 0 : 1);
-      before = row[j + 1];
-      row[j + 1] = std::min({changed, before + 1, row[j] + 1});
-    }
-  }
-  return row.back();
-}
+/// Letters that have to be inserted, removed, replaced or swapped with the next one to make one word of the other.
+std::size_t edit_distance(std::string_view a, std::string_view b);
 
 /// "; did you mean 'Core'?" if the first name like this one is written with other cases of letters (A to Z). Empty
 /// otherwise.
@@ -54,7 +42,7 @@ std::string hint_of_name(const std::vector<Named>& all, std::string_view name, c
   std::size_t least = name.size() / kShare + 1;
   for (const Named& named : all) {
     if (named.name.size() > kLongest) continue;
-    const std::size_t letters = letters_between(named.name, name);
+    const std::size_t letters = edit_distance(named.name, name);
     if (letters >= least) continue;
     least = letters;
     hint = "; did you mean " + std::string(1, quote) + echoed(named.name) + quote + "?";

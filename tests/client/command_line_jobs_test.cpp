@@ -68,6 +68,7 @@ TEST_F(CommandLine, SaysWhatIsWrongWithAJobOfAFile) {
   EXPECT_THAT(error_of(good, {"--at", "1,1,1"}), HasSubstr("--at"));
   EXPECT_THAT(error_of(good, {"--contours", "csv"}), HasSubstr("contours"));
   EXPECT_THAT(error_of(good, {"--format", "grabcad"}), HasSubstr("PLANE_ENCODING_PNG_RGBA"));
+  EXPECT_EQ(run({"plan", "--job", path("job.json"), "--format", "grabcad"}).exit_code, cli::kExitUsage);
   EXPECT_THAT(error_of(good, {box_, box_}), HasSubstr("1 part"));
   EXPECT_THAT(error_of(R"({"parts": [{}]})"), HasSubstr("parts[0]"));
   EXPECT_THAT(error_of(R"({"parts": [{"mesh_id": "sha256:)" + std::string(64, '0') + R"("}]})", {box_}),

@@ -40,7 +40,6 @@ COVERED = {
     "corner_determinant": ("validate_test", "a formula; cells of every kind are inverted there"),
     "disjoint_sets": ("point_clusters_test", "sets of random points are compared there; connected_parts_test too"),
     "manifold": ("validate_test", "meshes of every fault are refused there; split_touching_test makes solids of others"),
-    "similar_name": ("cell_numbers_test", "hints of names in another case; channel_table_test has nearest ones"),
     "find_named": ("channel_table_test", "channels are found by it"),
     "channel_source": ("channel_sources_test", "an interface; sources go through planes, maps and pictures there"),
     "face_cone": ("cell_averages_test", "a formula; volumes of cells are compared there, of solids in deviation_test"),

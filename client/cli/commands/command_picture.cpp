@@ -85,8 +85,14 @@ void check_output(const PictureOptions& options) {
   require_png_name(options.output);
 }
 
+void check_parts(const PictureOptions& options) {
+  if (options.layer || (options.parts.more.empty() && options.parts.places.empty())) return;
+  throw UsageError("pictures of several parts are of layers: give --layer, or draw one part");
+}
+
 void run_picture(Session& session, PictureOptions options) {
   check_output(options);
+  check_parts(options);
   options.in_space() ? check_space_options(options) : check_plane_options(options);
   if (!options.terminal) refuse_to_overwrite(options.output, options.force);
   if (options.terminal && options.pixels == PictureOptions().pixels) options.pixels = kTerminalWidth;

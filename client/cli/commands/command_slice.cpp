@@ -225,7 +225,6 @@ void run_slice(Session& session, SliceOptions options) {
   }
   v1::SliceJob message = job_of(options.job, contours);
   if (!options.job.file.empty()) take_contours_of_file(message, options, contours);
-  if (!options.job.file.empty() && for_grabcad) require_grabcad_job(message);
   if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
   if (options.share) parse_share("--share", *options.share);
   options.to_stdout() ? require_stream(session, options) : refuse_used_folder(options.output, existing_of(options));

@@ -37,8 +37,6 @@ class HelpFormatter : public CLI::Formatter {
 /// wrapped. An example that is too long goes on with an option on another line, as a shell has it.
 std::string wrapped_footer(const std::string& footer, std::size_t columns);
 
-/// Letters that have to be inserted, removed, replaced or swapped with the next one to make one word of the other.
-std::size_t edit_distance(std::string_view a, std::string_view b);
 /// The name that is most like `word`, if one is like it: "pich" means "pitch". Empty if none is.
 std::string closest_name(std::string_view word, const std::vector<std::string>& names);
 

@@ -24,6 +24,7 @@ v1::SliceJob job_of_file(const JobOptions& options) {
     throw UsageError(option->get_name() + ": --job says the whole job; leave the option out, or change the file");
   }
   v1::SliceJob job = read_job_file(options.file);
+  if (options.software == "grabcad") require_grabcad_job(job);
   for (v1::Part& part : *job.mutable_parts()) {
     if (part.placements().empty()) *part.add_placements() = parse_placement({});  // The contract's default.
   }
@@ -36,7 +37,7 @@ v1::SliceJob job_of_file(const JobOptions& options) {
   return job;
 }
 
-/// Where a part's mesh is: the file that the command line or the job names, or an id.
+/// Returns the file of a part's mesh, which the command line or the job names, or the mesh's id.
 std::string mesh_of_part(const JobOptions& options, const v1::SliceJob& job, int p) {
   if (!options.mesh.mesh.empty()) {
     return p == 0 ? options.mesh.mesh : options.parts.more[static_cast<std::size_t>(p) - 1];

@@ -111,9 +111,6 @@ void check_space_options(const PictureOptions& options) {
                                       {!options.show.empty(), "--show"}}) {
     if (given) throw UsageError(std::string(option) + " is for cuts: name one with --plane, --layer or --sweep");
   }
-  if (!options.parts.more.empty() || !options.parts.places.empty()) {
-    throw UsageError("pictures of several parts are of layers: give --layer, or draw one part");
-  }
   parse_view(options);
   static_cast<void>(parse_printing(options.printing));
 }

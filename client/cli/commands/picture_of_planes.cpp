@@ -35,7 +35,7 @@ v1::ColourMapName to_colour_map(const std::string& name) {
   return v1::COLOUR_MAP_NAME_VIRIDIS;
 }
 
-/// What is shown where the options don't say.
+/// The content that --show names, or that the other options suggest.
 std::string what_to_show(const PictureOptions& options) {
   if (!options.show.empty()) return options.show;
   if (!options.channel.empty()) return "channel";
@@ -205,7 +205,7 @@ void ask_for_characters(v1::PreviewRequest& request) {
   request.set_height((request.height() + 1) / 2);
 }
 
-/// Where to cut if only --terminal is given: half-way up.
+/// The plane of --plane, or one half-way up if only --terminal is given.
 CutPlane plane_to_draw(const PictureOptions& options, const v1::Box3& box) {
   if (!options.plane.empty()) return parse_cut_plane(options.plane);
   return moved_to(parse_cut_plane("z=0"), box, 0.5);
@@ -236,9 +236,6 @@ void check_plane_options(const PictureOptions& options) {
         "and --terminal");
   }
   if (!options.plane.empty()) parse_cut_plane(options.plane);
-  if (!options.layer && (!options.parts.more.empty() || !options.parts.places.empty())) {
-    throw UsageError("pictures of several parts are of layers: give --layer, or draw one part");
-  }
   request_of(options, {});
 }
 

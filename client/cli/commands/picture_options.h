@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What `picture` draws: a part in space, a cut along a plane, a layer, or a sweep of cuts.
+// The options of `picture`, which draws a part in space, a cut along a plane, a layer, or a sweep of cuts.
 
 #pragma once
 
@@ -28,13 +28,13 @@ struct PictureOptions {
   std::string show, channel, output;
   std::uint32_t pixels = 640;
   bool terminal = false, force = false;
-  // Of planes.
+  // Options of planes:
   std::string plane, colours = "viridis", range;
   std::optional<std::uint32_t> layer;
   std::uint32_t sweep = 0, frame_ms = 80;
   std::optional<double> lines;
   bool animate = false;
-  // In space.
+  // Options of the part in space:
   std::string view;
   std::vector<std::string> cuts;
   std::uint32_t voxels = 240;

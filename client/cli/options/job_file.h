@@ -21,7 +21,7 @@ v1::SliceJob read_job_file(const std::string& path);
 /// in it.
 void write_job_file(const std::string& path, const v1::SliceJob& job);
 
-/// Where the mesh of a part of this file is. REQUIRES: it is no id.
+/// Returns the path of a part's mesh, of a job in this file. REQUIRES: `mesh_id` is no id.
 std::string mesh_path(const std::string& job_file, const std::string& mesh_id);
 
 }  // namespace ccslice::cli

@@ -17,16 +17,6 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(Help, CountsTheLettersBetweenTwoWords) {
-  EXPECT_EQ(edit_distance("", ""), 0u);
-  EXPECT_EQ(edit_distance("", "abc"), 3u);
-  EXPECT_EQ(edit_distance("slice", "slice"), 0u);
-  EXPECT_EQ(edit_distance("slce", "slice"), 1u);
-  EXPECT_EQ(edit_distance("silce", "slice"), 1u) << "two letters swapped";
-  EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
-  EXPECT_EQ(edit_distance("sitting", "kitten"), 3u);
-}
-
 TEST(Help, FindsWhatWasMeant) {
   const std::vector<std::string> names = {"slice", "join", "plan", "picture", "probe"};
   EXPECT_EQ(closest_name("slce", names), "slice");
