@@ -48,7 +48,7 @@ void require_possible_size(const v1::PlaneSpec& spec, const v1::GridExtent& exte
   constexpr std::uint64_t kMostForItself = 2, kHeadBytes = 256 << 10;
   const PlaneEncoding& encoding = encoding_of(spec);
   std::uint64_t content_bytes = sample_bytes(spec, extent);
-  if (encoding.check != nullptr) {  // Files have a byte for each sample at least.
+  if (encoding.widens) {
     const std::uint64_t channels = spec.has_channels() ? std::uint64_t(spec.channels().names_size()) : 1;
     content_bytes = std::max(content_bytes, channels * extent.columns() * extent.rows());
   }
@@ -66,8 +66,8 @@ void decode_plane(const v1::GridExtent& extent, Plane& plane) {
   }
   const PlaneEncoding& encoding = encoding_of(plane.spec);
   if (encoding.check != nullptr) return encoding.check(plane.encoded);
-  plane.samples = encoding.decode(plane.encoded, expected_bytes);
-  if (plane.samples.size() != expected_bytes) answer_corrupt("a raw plane has another size than its grid");
+  plane.samples = encoding.decode(plane.encoded, plane.spec, extent, expected_bytes);
+  if (plane.samples.size() != expected_bytes) answer_corrupt("a plane has another size than its grid");
   if (libdeflate_crc32(0, plane.samples.data(), plane.samples.size()) != plane.result.crc32())
     answer_corrupt("the checksum of a plane is wrong");
 }

@@ -9,25 +9,40 @@
 #include <array>
 
 #include "client/client_error.h"
+#include "client/runs_frame.h"
 
 namespace ccslice::client {
 namespace {
 
-std::string inflate_frame(const std::string& frame, std::uint64_t expected_bytes) {
+/// `most`: bytes of its content.
+std::string inflate(const std::string& frame, std::uint64_t most) {
   constexpr std::uint64_t kMostOfAByte = 1 << 15;  // A block makes 128 KiB at most, and has four bytes at least.
   const auto announced = ZSTD_getFrameContentSize(frame.data(), frame.size());
-  if ((announced != ZSTD_CONTENTSIZE_UNKNOWN && announced != expected_bytes) ||
-      expected_bytes > kMostOfAByte * frame.size()) {
-    answer_corrupt("a zstd plane doesn't hold the " + std::to_string(expected_bytes) + " bytes of its grid");
+  if (announced == ZSTD_CONTENTSIZE_ERROR) answer_corrupt("a plane isn't a zstd frame");
+  const std::uint64_t bytes = announced == ZSTD_CONTENTSIZE_UNKNOWN ? most : announced;
+  if (bytes > most || bytes > kMostOfAByte * frame.size()) {
+    answer_corrupt("a zstd plane doesn't hold what its grid has, " + std::to_string(most) + " bytes at most");
   }
-  std::string samples(expected_bytes, '\0');
-  const std::size_t size = ZSTD_decompress(samples.data(), samples.size(), frame.data(), frame.size());
+  std::string content(bytes, '\0');
+  const std::size_t size = ZSTD_decompress(content.data(), content.size(), frame.data(), frame.size());
   if (ZSTD_isError(size)) answer_corrupt(std::string("a zstd plane can't be decoded: ") + ZSTD_getErrorName(size));
-  if (size != expected_bytes) answer_corrupt("a zstd plane is shorter than its grid");
-  return samples;
+  content.resize(size);
+  return content;
 }
 
-std::string copy(const std::string& samples, std::uint64_t) { return samples; }
+std::string samples_of_frame(const std::string& frame, const v1::PlaneSpec&, const v1::GridExtent&,
+                             std::uint64_t bytes) {
+  return inflate(frame, bytes);
+}
+
+std::string samples_of_runs(const std::string& frame, const v1::PlaneSpec& spec, const v1::GridExtent& extent,
+                            std::uint64_t bytes) {
+  return expand_runs(spec, extent, inflate(frame, most_runs_bytes(extent, bytes)), bytes);
+}
+
+std::string copy(const std::string& samples, const v1::PlaneSpec&, const v1::GridExtent&, std::uint64_t) {
+  return samples;
+}
 
 void check_png(const std::string& bytes) {
   constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
@@ -67,6 +82,7 @@ constexpr std::array kEncodings = {
                   .name = "png",
                   .extension = ".png",
                   .objection = png_objection,
+                  .widens = true,
                   .check = check_png},
     PlaneEncoding{.value = v1::PLANE_ENCODING_PNG_RGBA,
                   .name = "png_rgba",
@@ -74,17 +90,20 @@ constexpr std::array kEncodings = {
                   .note = "materials and cell regions in colour; png for others",
                   .only_materials = true,
                   .numbers_a_sample = 4,
+                  .widens = true,
                   .check = check_png},
     PlaneEncoding{.value = v1::PLANE_ENCODING_TIFF,
                   .name = "tiff",
                   .extension = ".tif",
                   .objection = tiff_objection,
+                  .widens = true,
                   .check = check_tiff},
     PlaneEncoding{.value = v1::PLANE_ENCODING_EXR,
                   .name = "exr",
                   .extension = ".exr",
                   .note = "floats only",
                   .objection = exr_objection,
+                  .widens = true,
                   .check = check_exr},
     PlaneEncoding{.value = v1::PLANE_ENCODING_PNG_ALPHA,
                   .name = "png_alpha",
@@ -92,6 +111,7 @@ constexpr std::array kEncodings = {
                   .without_alpha = v1::PLANE_ENCODING_PNG,
                   .numbers_a_sample = 2,
                   .objection = png_objection,
+                  .widens = true,
                   .check = check_png},
     PlaneEncoding{.value = v1::PLANE_ENCODING_TIFF_ALPHA,
                   .name = "tiff_alpha",
@@ -99,8 +119,16 @@ constexpr std::array kEncodings = {
                   .without_alpha = v1::PLANE_ENCODING_TIFF,
                   .numbers_a_sample = 2,
                   .objection = tiff_objection,
+                  .widens = true,
                   .check = check_tiff},
-    PlaneEncoding{.value = v1::PLANE_ENCODING_RAW_ZSTD, .name = "zstd", .extension = ".zst", .decode = inflate_frame},
+    PlaneEncoding{
+        .value = v1::PLANE_ENCODING_RAW_ZSTD, .name = "zstd", .extension = ".zst", .decode = samples_of_frame},
+    PlaneEncoding{.value = v1::PLANE_ENCODING_RUNS_ZSTD,
+                  .name = "runs",
+                  .extension = ".runs",
+                  .note = "what is inside, in the fewest bytes",
+                  .widens = true,
+                  .decode = samples_of_runs},
     PlaneEncoding{.value = v1::PLANE_ENCODING_RAW, .name = "raw", .extension = ".bin", .decode = copy},
 };
 

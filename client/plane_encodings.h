@@ -28,8 +28,11 @@ struct PlaneEncoding {
   unsigned numbers_a_sample = 1;
   /// Why the command line doesn't ask for such a plane so; empty if it does. Null: it always does.
   std::string_view (*objection)(const v1::PlaneSpec& plane) = nullptr;
-  /// The samples. Throws ClientError{DATA_LOSS, ANSWER_CORRUPT}. Null for picture files.
-  std::string (*decode)(const std::string& encoded, std::uint64_t expected_bytes) = nullptr;
+  /// Whether it may take a byte for each voxel where samples take less.
+  bool widens = false;
+  /// The samples, `bytes` of them. Throws ClientError{DATA_LOSS, ANSWER_CORRUPT}. Null for picture files.
+  std::string (*decode)(const std::string& encoded, const v1::PlaneSpec& spec, const v1::GridExtent& extent,
+                        std::uint64_t bytes) = nullptr;
   /// Checks a picture file: throws the same error unless it looks like a whole one.
   void (*check)(const std::string& encoded) = nullptr;
 };

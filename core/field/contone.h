@@ -59,7 +59,9 @@ class ContonePlane {
 
   /// The channel's number in the solid, if it is one of its own.
   std::optional<std::uint32_t> channel() const noexcept { return channel_; }
-  SampleImage image() const noexcept { return {type_, width_, height_, samples_}; }
+  SampleImage image() const noexcept {
+    return {.type = type_, .width = width_, .height = height_, .samples = samples_, .outside = outside_};
+  }
 
  private:
   void set_value(std::size_t index, double value) noexcept;

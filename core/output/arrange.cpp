@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "core/output/polling.h"
 
@@ -41,18 +42,19 @@ std::span<const std::uint8_t> arrange(std::span<const std::uint8_t> samples, std
   return out;
 }
 
-void arrange_bits(std::span<const VoxelRun> spans, const Arrangement& arrangement, BitImage& out) {
+void arrange_spans(std::span<const VoxelRun> spans, const Arrangement& arrangement, std::vector<VoxelRun>& out) {
   const LayerWindow& to = arrangement.to;
-  std::vector<VoxelRun> placed;
+  out.clear();
   for (const VoxelRun& span : spans) {
     const VoxelRun part = to.clipped(span);
     if (part.begin == part.end) continue;
-    VoxelRun& there = placed.emplace_back(
-        VoxelRun{part.row - to.first_row, part.begin - to.first_column, part.end - to.first_column});
+    VoxelRun& there =
+        out.emplace_back(VoxelRun{part.row - to.first_row, part.begin - to.first_column, part.end - to.first_column});
     if (arrangement.order.rows_descending) there.row = to.rows - 1 - there.row;
     if (arrangement.order.columns_descending) there = {there.row, to.columns - there.end, to.columns - there.begin};
   }
-  draw_bits(placed, to.columns, to.rows, out);
+  if (arrangement.order == PictureOrder{}) return;
+  std::ranges::sort(out, {}, [](const VoxelRun& span) { return std::pair(span.row, span.begin); });
 }
 
 }  // namespace ccslice

@@ -38,7 +38,8 @@ std::span<const std::uint8_t> arrange(std::span<const std::uint8_t> samples, std
                                       const Arrangement& arrangement, std::vector<std::uint8_t>& out,
                                       const CancellationToken& cancel);
 
-/// Draws the voxels of spans as a picture of arrangement.to; arrangement.from doesn't matter.
-void arrange_bits(std::span<const VoxelRun> spans, const Arrangement& arrangement, BitImage& out);
+/// The voxels of spans in the picture of arrangement.to, by row, then by column; arrangement.from doesn't matter.
+/// `spans`: by row, then by column.
+void arrange_spans(std::span<const VoxelRun> spans, const Arrangement& arrangement, std::vector<VoxelRun>& out);
 
 }  // namespace ccslice

@@ -114,7 +114,7 @@ EncodedPlane PlaneEncoder::encode(const IndexImage& image, SampleType type, Enco
   refuse(index_encoding_obstacle(type, encoding, image.palette.size() - 1));
   require_known_materials(image);
   pack_indices(image, bits_per_index(type), state_->packed, cancel);
-  const SampleImage packed{type, image.width, image.height, state_->packed, {}, image.pitch};
+  const SampleImage packed{type, image.width, image.height, state_->packed, {}, image.pitch, {}, image.spans};
   return checked_plane(packed, cancel,
                        [&] { return find_encoding(encoding)->encode_indices(state_->codecs, image, packed, cancel); });
 }
@@ -123,7 +123,8 @@ EncodedPlane PlaneEncoder::encode_mask(const IndexImage& image, std::uint32_t ma
                                        const CancellationToken& cancel) {
   refuse(encoding_obstacle(SampleType::kBit, encoding));
   pack_mask(image, material, state_->packed, cancel);
-  const SampleImage packed{SampleType::kBit, image.width, image.height, state_->packed, {}, image.pitch};
+  const SampleImage packed{SampleType::kBit, image.width, image.height, state_->packed, {},
+                           image.pitch,      {},          image.spans};
   return checked_plane(packed, cancel,
                        [&] { return find_encoding(encoding)->encode_mask(state_->codecs, packed, cancel); });
 }

@@ -56,6 +56,16 @@ Bytes rgba_png(PlaneCodecs& codecs, const IndexImage& image, const SampleImage&,
   return codecs.png.rgba(image, cancel);
 }
 
+/// Occupancies are the same inside.
+Bytes runs(PlaneCodecs& codecs, const SampleImage& image, const CancellationToken& cancel) {
+  const RunsCoding coding = image.type == SampleType::kBit ? RunsCoding::kConstant : coding_of(image.type);
+  return codecs.runs.frame(image, coding, codecs.zstd, cancel);
+}
+
+Bytes packed_runs(PlaneCodecs& codecs, const SampleImage& image, const CancellationToken& cancel) {
+  return codecs.runs.frame(image, RunsCoding::kPacked, codecs.zstd, cancel);
+}
+
 /// For encodings that don't care what the samples mean.
 template <EncodingTraits::Samples& encode>
 Bytes packed(PlaneCodecs& codecs, const IndexImage&, const SampleImage& samples, const CancellationToken& cancel) {
@@ -143,6 +153,13 @@ constexpr std::array kEncodings = {
                    .materials = kNoMaterials,
                    .is_built = image_files_available,
                    .encode_samples = image_file<Encoding::kTiffAlpha>},
+    EncodingTraits{.encoding = Encoding::kRunsZstd,
+                   .name = "RUNS_ZSTD",
+                   .takes = all_types,
+                   .is_built = always,
+                   .encode_samples = runs,
+                   .encode_mask = packed_runs,
+                   .encode_indices = packed<packed_runs>},
 };
 
 }  // namespace

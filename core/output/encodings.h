@@ -15,6 +15,7 @@
 #include "core/base/cancellation.h"
 #include "core/output/plane.h"
 #include "core/output/png.h"
+#include "core/output/runs_frame.h"
 #include "core/output/zstd_frame.h"
 
 namespace ccslice {
@@ -23,6 +24,7 @@ namespace ccslice {
 struct PlaneCodecs {
   ZstdEncoder zstd;
   PngEncoder png;
+  RunsEncoder runs;
 };
 
 /// What an encoding takes at most, and what to ask for instead of more.

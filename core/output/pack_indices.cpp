@@ -14,33 +14,31 @@ namespace ccslice {
 namespace {
 
 template <std::uint32_t kBits>
-void pack_row(const std::uint8_t* in, std::uint32_t width, std::uint8_t* out) {
+void pack_row(const std::uint8_t* in, std::size_t width, std::uint8_t* out) {
   constexpr std::uint32_t kPerByte = 8 / kBits;
-  const std::uint32_t whole = width / kPerByte;
-  for (std::uint32_t byte = 0; byte < whole; ++byte) {
+  const std::size_t whole = width / kPerByte;
+  for (std::size_t byte = 0; byte < whole; ++byte) {
     std::uint32_t value = 0;
     for (std::uint32_t k = 0; k < kPerByte; ++k) value = value << kBits | in[byte * kPerByte + k];
     out[byte] = static_cast<std::uint8_t>(value);
   }
-  const std::uint32_t left = width - whole * kPerByte;
+  const auto left = static_cast<std::uint32_t>(width - whole * kPerByte);
   if (left == 0) return;
   std::uint32_t value = 0;
   for (std::uint32_t k = 0; k < left; ++k) value = value << kBits | in[whole * kPerByte + k];
   out[whole] = static_cast<std::uint8_t>(value << kBits * (kPerByte - left));
 }
 
-using PackRow = void (*)(const std::uint8_t*, std::uint32_t, std::uint8_t*);
+}  // namespace
 
-PackRow row_packer(std::uint32_t bits) {
+void pack_numbers(const std::uint8_t* numbers, std::size_t count, std::uint32_t bits, std::uint8_t* packed) {
   switch (bits) {
-    case 1: return pack_row<1>;
-    case 2: return pack_row<2>;
-    case 4: return pack_row<4>;
-    default: return [](const std::uint8_t* in, std::uint32_t width, std::uint8_t* out) { std::copy_n(in, width, out); };
+    case 1: return pack_row<1>(numbers, count, packed);
+    case 2: return pack_row<2>(numbers, count, packed);
+    case 4: return pack_row<4>(numbers, count, packed);
+    default: std::copy_n(numbers, count, packed);
   }
 }
-
-}  // namespace
 
 std::uint32_t bits_per_index(SampleType type) {
   switch (type) {
@@ -96,11 +94,10 @@ void pack_mask(const IndexImage& image, std::uint32_t material, std::vector<std:
 void pack_indices(const IndexImage& image, std::uint32_t bits, std::vector<std::uint8_t>& packed,
                   const CancellationToken& cancel) {
   const std::size_t row_bytes = (std::size_t{image.width} * bits + 7) / 8;
-  const PackRow pack = row_packer(bits);
   packed.resize(row_bytes * image.height);
   for (std::uint32_t y = 0; y < image.height; ++y) {
     if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
-    pack(&image.indices[std::size_t{image.width} * y], image.width, &packed[row_bytes * y]);
+    pack_numbers(&image.indices[std::size_t{image.width} * y], image.width, bits, &packed[row_bytes * y]);
   }
 }
 

@@ -31,6 +31,10 @@ std::vector<std::uint64_t> count_materials(const IndexImage& image, const Cancel
 void pack_mask(const IndexImage& image, std::uint32_t material, std::vector<std::uint8_t>& packed,
                const CancellationToken& cancel);
 
+/// Numbers one after the other; what is left of the last byte is 0. REQUIRES: bits 1, 2, 4 or 8; all numbers below
+/// 2^bits; room for ceil(count * bits / 8) bytes.
+void pack_numbers(const std::uint8_t* numbers, std::size_t count, std::uint32_t bits, std::uint8_t* packed);
+
 /// REQUIRES: bits 1, 2, 4 or 8; all numbers below 2^bits. Throws Error{kCancelled}.
 void pack_indices(const IndexImage& image, std::uint32_t bits, std::vector<std::uint8_t>& packed,
                   const CancellationToken& cancel);

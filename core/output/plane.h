@@ -10,11 +10,14 @@
 
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "core/raster/voxel_runs.h"
 
 namespace ccslice {
 
@@ -45,6 +48,7 @@ enum class Encoding : std::uint8_t {
   kPngRgba,    // Materials only: 4 bytes a voxel, of the materials' and the background's colours.
   kPngAlpha,   // kChannel: grey and alpha, 8 or 16 bit each; alpha is 0 outside and the largest number inside.
   kTiffAlpha,  // kChannel: grey and alpha, 8 or 16 bit each or float; alpha as in kPngAlpha, 1 inside for floats.
+  kRunsZstd,   // Spans and the samples inside them, as one zstd frame (runs_frame.h).
 };
 
 struct ValueRange {
@@ -77,6 +81,8 @@ struct SampleImage {
   std::span<const std::string> channel_names = {};  // One a sample of a voxel; none: one sample without a name.
   PixelPitch pitch = {};
   std::span<const std::uint8_t> inside = {};  // For encodings with alpha: which voxels are, laid out as kBit.
+  std::span<const VoxelRun> spans = {};       // The voxels inside, by row, then by column; none touch.
+  std::array<std::uint8_t, 4> outside = {};   // The sample of all others; as many bytes as it has.
 };
 
 /// A layer of numbers, of materials or of cell regions, rows from 0 up. Not owned.
@@ -86,6 +92,7 @@ struct IndexImage {
   std::span<const std::uint8_t> indices;   // width * height.
   std::span<const std::uint32_t> palette;  // 0xRRGGBBAA, sRGB: the background's colour, then one for each material.
   PixelPitch pitch = {};
+  std::span<const VoxelRun> spans = {};  // The voxels inside, as above. All others are the background's.
 };
 
 /// Samples of a voxel.

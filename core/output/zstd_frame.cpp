@@ -3,6 +3,7 @@
 
 #include "core/output/zstd_frame.h"
 
+#define ZSTD_STATIC_LINKING_ONLY  // For ZSTD_c_literalCompressionMode.
 #include <zstd.h>
 
 #include <algorithm>
@@ -28,11 +29,17 @@ std::size_t checked(std::size_t zstd_result) {
 
 void ZstdEncoder::FreeContext::operator()(ZSTD_CCtx_s* context) const { ZSTD_freeCCtx(context); }
 
-std::vector<std::uint8_t> ZstdEncoder::frame(std::span<const std::uint8_t> bytes, const CancellationToken& cancel) {
+std::vector<std::uint8_t> ZstdEncoder::frame(std::span<const std::uint8_t> bytes, const CancellationToken& cancel,
+                                             MatchSearch search) {
   if (!context_) context_.reset(ZSTD_createCCtx());
   if (!context_) throw std::bad_alloc();
   checked(ZSTD_CCtx_reset(context_.get(), ZSTD_reset_session_and_parameters));
   checked(ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_compressionLevel, kLevel));
+  if (search == MatchSearch::kNone) {
+    // The longest steps between places where matches are looked for. They switch off the coding of literals, too.
+    checked(ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_targetLength, ZSTD_TARGETLENGTH_MAX));
+    checked(ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_literalCompressionMode, ZSTD_ps_enable));
+  }
   checked(ZSTD_CCtx_setPledgedSrcSize(context_.get(), bytes.size()));
   scratch_.resize(std::max(scratch_.size(), ZSTD_compressBound(bytes.size())));
   ZSTD_outBuffer out{scratch_.data(), scratch_.size(), 0};

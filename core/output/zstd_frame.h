@@ -16,11 +16,17 @@ struct ZSTD_CCtx_s;
 
 namespace ccslice {
 
+enum class MatchSearch : std::uint8_t {
+  kFull,
+  kNone,  // Entropy coding alone, for noise: what matches by chance isn't worth the search.
+};
+
 /// One thread's encoder: keeps zstd's context and scratch memory from frame to frame.
 class ZstdEncoder {
  public:
   /// Polls `cancel` every megabyte or so. Throws Error{kCancelled, kInternal}.
-  [[nodiscard]] std::vector<std::uint8_t> frame(std::span<const std::uint8_t> bytes, const CancellationToken& cancel);
+  [[nodiscard]] std::vector<std::uint8_t> frame(std::span<const std::uint8_t> bytes, const CancellationToken& cancel,
+                                                MatchSearch search = MatchSearch::kFull);
 
  private:
   struct FreeContext {

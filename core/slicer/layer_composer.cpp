@@ -193,16 +193,18 @@ std::vector<EncodedPlane> LayerComposer::encode(const Samples& samples, const Ca
   const Arrangement arrangement{samples.window, region_, job_.order};
   const PixelPitch pitch{job_.grid.pitch.x_mm, job_.grid.pitch.y_mm};
   std::span<const ContonePlane> left = samples.channels;
+  arrange_spans(samples.inside, arrangement, arranged_spans_);
   IndexImage materials = samples.materials;
   if (shows_materials(job_)) {
     materials.indices = arrange(materials.indices, 1, arrangement, indices_, cancel);
     materials.width = arrangement.to.columns;
     materials.height = arrangement.to.rows;
     materials.pitch = pitch;
+    materials.spans = arranged_spans_;
   }
   bool has_bits = false;
   const auto inside = [&]() -> const BitImage& {
-    if (!std::exchange(has_bits, true)) arrange_bits(samples.inside, arrangement, bits_);
+    if (!std::exchange(has_bits, true)) draw_bits(arranged_spans_, region_.columns, region_.rows, bits_);
     return bits_;
   };
   std::span<const std::uint8_t> region_numbers;
@@ -213,7 +215,8 @@ std::vector<EncodedPlane> LayerComposer::encode(const Samples& samples, const Ca
   }
   for (const PlaneSpec& plane : job_.planes) {
     if (plane.content == PlaneContent::kCellRegions) {
-      const IndexImage numbers{arrangement.to.columns, arrangement.to.rows, region_numbers, region_palette_, pitch};
+      const IndexImage numbers{arrangement.to.columns, arrangement.to.rows, region_numbers, region_palette_, pitch,
+                               arranged_spans_};
       planes.push_back(encoder_.encode(numbers, plane.sample_type, plane.encoding, cancel));
       continue;
     }
@@ -237,6 +240,7 @@ std::vector<EncodedPlane> LayerComposer::encode(const Samples& samples, const Ca
       if (find_encoding(plane.encoding)->has_alpha) image.inside = inside().bits;
     }
     image.pitch = pitch;
+    image.spans = arranged_spans_;
     planes.push_back(encoder_.encode(image, plane.encoding, cancel));
   }
   return planes;

@@ -103,7 +103,7 @@ class LayerComposer {
 
   PlaneEncoder encoder_;
   // Scratch memory:
-  std::vector<VoxelRun> inside_;
+  std::vector<VoxelRun> inside_, arranged_spans_;
   std::vector<std::uint8_t> interleaved_, arranged_, indices_, region_numbers_, ordered_regions_;
   BitImage bits_;
 };

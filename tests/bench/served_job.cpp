@@ -21,7 +21,7 @@ void ask_for_contone(const ChannelRange& channel, v1::SliceJob& asked) {
   v1::PlaneSpec& plane = *asked.add_planes();
   plane.mutable_channel()->set_name(channel.name);
   plane.set_sample_type(v1::SAMPLE_TYPE_UINT8);
-  for (v1::PlaneSpec& each : *asked.mutable_planes()) each.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
+  for (v1::PlaneSpec& each : *asked.mutable_planes()) each.set_encoding(v1::PLANE_ENCODING_RUNS_ZSTD);
 }
 
 void ask_for_materials(const ChannelRange& channel, v1::PlaneEncoding encoding, v1::SliceJob& asked) {

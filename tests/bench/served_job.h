@@ -21,7 +21,7 @@ struct LayerRange {
 
 /// What is asked for of every layer.
 enum class JobPictures {
-  kContone,  // The occupancy and one channel of 8 bits, raw samples + zstd.
+  kContone,  // The occupancy and one channel of 8 bits, as runs.
   kIndexed,  // Three materials mixed along the channel by blue noise, as indexed PNG pictures of 2 bits,
   kRgba,     // or as RGBA ones.
 };

@@ -33,7 +33,7 @@ void append_layer(const v1::GridExtent& extent, const client::Layer& layer, Voxe
 v1::PlaneSpec& add_plane(v1::SliceJob& job, v1::SampleType type) {
   v1::PlaneSpec& plane = *job.add_planes();
   plane.set_sample_type(type);
-  plane.set_encoding(v1::PLANE_ENCODING_RAW_ZSTD);
+  plane.set_encoding(v1::PLANE_ENCODING_RUNS_ZSTD);
   return plane;
 }
 

@@ -149,7 +149,7 @@ INSTANTIATE_TEST_SUITE_P(
                 ErrorCode::kEncodingUnsupported, "planes[2].encoding", "ask for EXR"},
         Spoiled{"UnknownEncoding", [](SliceJob& job) { job.planes[0].encoding = static_cast<Encoding>(50); },
                 ErrorCode::kEnumValueUnknown, "planes[0].encoding",
-                "ask for RAW, RAW_ZSTD, PNG, PNG_RGBA, TIFF, EXR, PNG_ALPHA or TIFF_ALPHA"},
+                "ask for RAW, RAW_ZSTD, PNG, PNG_RGBA, TIFF, EXR, PNG_ALPHA, TIFF_ALPHA or RUNS_ZSTD"},
         Spoiled{"EmptyRange",
                 [](SliceJob& job) {
                   job.planes[1].range = {2, 2};

@@ -49,17 +49,20 @@ TEST(Arrange, StopsWhenCancelled) {
   EXPECT_THROW(arrange(kSamples, 1, {kFrom, kFrom, {true, false}}, out, cancel), Error);
 }
 
-TEST(ArrangeBits, CropTurnAndPackSpans) {
+TEST(ArrangeSpans, CropsAndTurnsThemInOrder) {
   const std::vector<VoxelRun> spans = {{19, 0, 50}, {20, 5, 11}, {20, 12, 40}, {21, 11, 12}};
   BitImage image;
+  std::vector<VoxelRun> arranged;
   const auto rows = [&](const PictureOrder& order) {
-    arrange_bits(spans, {kFrom, kFrom, order}, image);
+    arrange_spans(spans, {kFrom, kFrom, order}, arranged);
+    draw_bits(arranged, kFrom.columns, kFrom.rows, image);
     return image.bits;
   };
   EXPECT_EQ(rows({}), (Bytes{0b10100000, 0b01000000}));
   EXPECT_EQ(rows({false, true}), (Bytes{0b01000000, 0b10100000}));
   const LayerWindow two{10, 20, 2, 2};
-  arrange_bits(spans, {kFrom, two, {true, false}}, image);
+  arrange_spans(spans, {kFrom, two, {true, false}}, arranged);
+  draw_bits(arranged, two.columns, two.rows, image);
   EXPECT_EQ(image.bits, (Bytes{0b01000000, 0b10000000})) << "nothing is left of what was there";
 }
 

@@ -23,7 +23,7 @@ TEST(Encodings, HaveNamesAndNumbersOfTheirOwn) {
     EXPECT_EQ(find_encoding(traits.encoding), &traits) << traits.name;
   }
   EXPECT_EQ(find_encoding(static_cast<Encoding>(50)), nullptr);
-  EXPECT_EQ(choice_text(encodings()), "RAW, RAW_ZSTD, PNG, PNG_RGBA, TIFF, EXR, PNG_ALPHA or TIFF_ALPHA");
+  EXPECT_EQ(choice_text(encodings()), "RAW, RAW_ZSTD, PNG, PNG_RGBA, TIFF, EXR, PNG_ALPHA, TIFF_ALPHA or RUNS_ZSTD");
 }
 
 TEST(Encodings, EncodeWhatTheyTakeAndSayWhatToAskForInsteadOfTheRest) {

@@ -18,6 +18,8 @@ const zlib = require('node:zlib');
 const grpc = require('@grpc/grpc-js');
 const protoLoader = require('@grpc/proto-loader');
 
+const {decodeRuns} = require('./runs_frame.js');
+
 const PROTOS = [path.join(__dirname, '../../../proto'), path.join(__dirname, '../proto')];
 const OPTIONS = {includeDirs: PROTOS, keepCase: true, longs: Number, enums: String, defaults: true, oneofs: true};
 const CHUNK_BYTES = 256 * 1024;
@@ -105,7 +107,7 @@ function jobOn(meshId, grid) {
   return {parts: [{mesh_id: meshId}], grid};
 }
 
-/** The occupancy as it is, and a channel as 8 bit, as it is and as PNG: {layer: checksums of the decoded planes}. */
+/** The occupancy as it is, and a channel as 8 bit, as it is, as PNG and as runs: {layer: checksums of the decoded planes}. */
 async function sliceLayers(slicer, meshId, channel) {
   const stiffness = {channel: {name: channel}, sample_type: 'SAMPLE_TYPE_UINT8'};
   const stream = slicer.SliceRange({
@@ -115,6 +117,7 @@ async function sliceLayers(slicer, meshId, channel) {
         {occupancy: {}, encoding: 'PLANE_ENCODING_RAW'},
         {...stiffness, encoding: 'PLANE_ENCODING_RAW'},
         {...stiffness, encoding: 'PLANE_ENCODING_PNG'},
+        {...stiffness, encoding: 'PLANE_ENCODING_RUNS_ZSTD'},
       ],
     },
     first_layer: FIRST_LAYER,
@@ -122,16 +125,22 @@ async function sliceLayers(slicer, meshId, channel) {
   });
   const layers = {};
   let planes = [];
+  let extent;
   let encoded = [];
   for await (const message of stream) {
-    if (message.event === 'header') planes = message.header.planes;
+    if (message.event === 'header') {
+      planes = message.header.planes;
+      extent = (message.header.region || message.header.grid).extent;
+    }
     if (message.event === 'layer_begin') encoded = planes.map(() => []);
     if (message.event === 'plane_chunk') encoded[message.plane_chunk.plane].push(message.plane_chunk.data);
     if (message.event !== 'layer_end') continue;
     const end = message.layer_end;
     const samples = encoded.map((chunks, plane) => {
       const file = Buffer.concat(chunks);
-      return planes[plane].encoding === 'PLANE_ENCODING_PNG' ? greyPng(file) : file;
+      if (planes[plane].encoding === 'PLANE_ENCODING_PNG') return greyPng(file);
+      if (planes[plane].encoding !== 'PLANE_ENCODING_RUNS_ZSTD') return file;
+      return decodeRuns(file, {sampleType: planes[plane].sample_type, columns: extent.columns, rows: extent.rows});
     });
     layers[end.layer] = samples.map(crc32);
     samples.forEach((plane, i) => {

@@ -16,6 +16,7 @@
 #include "core/output/encode.h"
 #include "core/output/encodings.h"
 #include "tests/core/output/tiny_png.h"
+#include "tests/core/output/tiny_runs.h"
 #include "tests/oracle/hostile/hostile_image_file.h"
 #include "tests/oracle/hostile/hostile_numbers.h"
 #include "tests/oracle/hostile/hostile_strict.h"
@@ -47,7 +48,8 @@ void draw_encodings(HostileRandom& random, SliceJob& job, std::string& text) {
   for (PlaneSpec& plane : job.planes) {
     if (random.chance(0.5) || plane.encoding != Encoding::kRaw) continue;
     const bool has_palette = plane.content == PlaneContent::kMaterials || plane.content == PlaneContent::kCellRegions;
-    const std::vector<Encoding> known = has_palette ? std::vector{Encoding::kRawZstd} : encodings_for(plane);
+    const std::vector<Encoding> known =
+        has_palette ? std::vector{Encoding::kRawZstd, Encoding::kRunsZstd} : encodings_for(plane);
     plane.encoding = known[random.bits() % known.size()];
     text += " " + std::string(find_encoding(plane.encoding)->name);
   }
@@ -95,6 +97,10 @@ Picture read(const SolidSummary& solid, const SliceJob& job, const PlaneSpec& pl
   switch (plane.encoding) {
     case Encoding::kRaw: return {encoded.bytes, {}};
     case Encoding::kRawZstd: return {expanded(encoded), {}};
+    case Encoding::kRunsZstd: {
+      const std::uint32_t channels = channel_count(plane);
+      return {read_tiny_runs(encoded.bytes, plane.sample_type, extent.columns, extent.rows, channels).samples, {}};
+    }
     case Encoding::kTiff:
     case Encoding::kExr:
     case Encoding::kTiffAlpha: {

@@ -1,0 +1,295 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/output/runs_frame.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <functional>
+#include <type_traits>
+
+#include "core/output/encode.h"
+#include "core/output/pack_indices.h"
+#include "core/output/polling.h"
+
+namespace ccslice {
+namespace {
+
+constexpr std::size_t kBlock = 1024;
+
+using Spans = std::span<const VoxelRun>;
+
+std::size_t bits_of(SampleType type) { return sample_bytes(type, 8, 1); }
+
+void put_varint(std::uint32_t value, std::vector<std::uint8_t>& out) {
+  constexpr std::uint32_t kMore = 0x80;
+  for (; value >= kMore; value >>= 7) out.push_back(static_cast<std::uint8_t>(value | kMore));
+  out.push_back(static_cast<std::uint8_t>(value));
+}
+
+/// Takes the spans of `row` from the front of `rest`.
+Spans take_row(Spans& rest, std::uint32_t row) {
+  const auto count = static_cast<std::size_t>(
+      std::ranges::find_if(rest, [&](const VoxelRun& span) { return span.row != row; }) - rest.begin());
+  const Spans taken = rest.first(count);
+  rest = rest.subspan(count);
+  return taken;
+}
+
+/// Calls on_row(row, spans, spans of the row above) for each row that has spans.
+template <typename OnRow>
+void each_row(const SampleImage& image, const CancellationToken& cancel, const OnRow& on_row) {
+  Spans rest = image.spans, above;
+  for (std::uint32_t row = 0; row < image.height; ++row) {
+    if (row % kRowsPerPoll == 0) cancel.throw_if_cancelled();
+    const Spans spans = take_row(rest, row);
+    if (!spans.empty()) on_row(row, spans, above);
+    above = spans;
+  }
+}
+
+/// A row of samples of one channel, and the row above. `step`: samples of a voxel.
+template <typename Sample>
+struct RowPair {
+  const Sample* row;
+  const Sample* above;
+  std::size_t step;
+
+  Sample at(std::uint32_t x) const { return row[step * x]; }
+  Sample above_at(std::uint32_t x) const { return above[step * x]; }
+};
+
+/// Calls residual(sample, prediction) for each voxel inside, in order. The prediction is the sample above where that is
+/// inside, else the left one where that is. A span's first voxel takes the nearest of the row above: the next to the
+/// right, else the last one, else 0.
+template <typename Sample, typename Residual>
+Sample* put_row(const RowPair<Sample>& rows, Spans spans, Spans above, Sample* out, const Residual& residual) {
+  auto met = above.begin();
+  for (const VoxelRun& span : spans) {
+    for (std::uint32_t x = span.begin; x < span.end;) {
+      while (met != above.end() && met->end <= x) ++met;
+      const bool is_next = met != above.end();
+      if (is_next && met->begin <= x) {
+        const std::uint32_t end = std::min(met->end, span.end);
+        if (rows.step == 1) {
+          for (; x < end; ++x) *out++ = residual(rows.row[x], rows.above[x]);
+        }
+        for (; x < end; ++x) *out++ = residual(rows.at(x), rows.above_at(x));
+        continue;
+      }
+      Sample before = 0;
+      if (x > span.begin) {
+        before = rows.at(x - 1);
+      } else if (!above.empty()) {
+        before = rows.above_at(is_next ? met->begin : above.back().end - 1);
+      }
+      const std::uint32_t end = is_next ? std::min(met->begin, span.end) : span.end;
+      for (; x < end; ++x) {
+        *out++ = residual(rows.at(x), before);
+        before = rows.at(x);
+      }
+    }
+  }
+  return out;
+}
+
+template <typename Sample>
+Sample zigzag(Sample sample, Sample prediction) {
+  using Signed = std::make_signed_t<Sample>;
+  const auto difference = static_cast<Sample>(sample - prediction);
+  const auto sign = static_cast<Sample>(static_cast<Signed>(difference) < 0 ? -1 : 0);
+  return static_cast<Sample>(static_cast<Sample>(difference + difference) ^ sign);
+}
+
+std::size_t width_of(std::uint32_t largest) {
+  const std::uint32_t bits = static_cast<std::uint32_t>(std::bit_width(largest));
+  return bits == 0 ? 0 : std::bit_ceil(bits);
+}
+
+template <typename Sample>
+const Sample* samples_of(const SampleImage& image) {
+  return reinterpret_cast<const Sample*>(image.samples.data());
+}
+
+/// Bits one after the other, the first one in a byte's most significant bit.
+class BitAppender {
+ public:
+  explicit BitAppender(std::uint8_t* out) : out_(out) {}
+
+  /// Bits [begin, end) of `in`.
+  void append(const std::uint8_t* in, std::size_t begin, std::size_t end) {
+    while (begin < end) {
+      const std::size_t offset = begin % kByte, count = std::min(kByte - offset, end - begin);
+      put(static_cast<std::uint32_t>(in[begin / kByte]) >> (kByte - offset - count) & ((1u << count) - 1), count);
+      begin += count;
+    }
+  }
+  /// Fills the last byte with zeros. Returns the end of what is written.
+  std::uint8_t* finish() {
+    if (used_ > 0) put(0, kByte - used_);
+    return out_;
+  }
+
+ private:
+  static constexpr std::size_t kByte = 8;
+
+  void put(std::uint32_t bits, std::size_t count) {
+    held_ = held_ << count | bits;
+    used_ += count;
+    if (used_ < kByte) return;
+    used_ -= kByte;
+    *out_++ = static_cast<std::uint8_t>(held_ >> used_);
+  }
+
+  std::uint8_t* out_;
+  std::uint32_t held_ = 0;  // Its last bits are those of the byte that isn't full,
+  std::size_t used_ = 0;    // so many.
+};
+
+std::uint64_t voxels_of(Spans spans) {
+  std::uint64_t voxels = 0;
+  for (const VoxelRun& span : spans) voxels += span.end - span.begin;
+  return voxels;
+}
+
+/// Whether neighbours repeat so often that a search for matches pays.
+bool repeats(std::span<const std::uint8_t> bytes) {
+  std::size_t equal = 0;
+  for (std::size_t i = 1; i < bytes.size(); ++i) equal += bytes[i] == bytes[i - 1];
+  return 3 * equal >= bytes.size();
+}
+
+}  // namespace
+
+RunsCoding coding_of(SampleType type) {
+  switch (type) {
+    case SampleType::kUint8:
+    case SampleType::kUint16: return RunsCoding::kDifferences;
+    case SampleType::kFloat32: return RunsCoding::kBytePlanes;
+    default: return RunsCoding::kPacked;
+  }
+}
+
+std::vector<std::uint8_t> RunsEncoder::frame(const SampleImage& image, RunsCoding coding, ZstdEncoder& zstd,
+                                             const CancellationToken& cancel) {
+  content_.clear();
+  const std::size_t bytes = std::max<std::size_t>(1, bits_of(image.type) / 8);
+  content_.push_back(static_cast<std::uint8_t>(coding));
+  content_.insert(content_.end(), image.outside.begin(), image.outside.begin() + static_cast<std::ptrdiff_t>(bytes));
+  put_spans(image);
+  const std::size_t head = content_.size();
+  switch (coding) {
+    case RunsCoding::kConstant: content_.push_back(1); break;
+    case RunsCoding::kPacked: put_packed(image, cancel); break;
+    case RunsCoding::kDifferences:
+      image.type == SampleType::kUint8 ? put_differences<std::uint8_t>(image, cancel)
+                                       : put_differences<std::uint16_t>(image, cancel);
+      break;
+    case RunsCoding::kBytePlanes: put_byte_planes(image, cancel); break;
+  }
+  const bool searches = coding != RunsCoding::kPacked || repeats(std::span(content_).subspan(head));
+  return zstd.frame(content_, cancel, searches ? MatchSearch::kFull : MatchSearch::kNone);
+}
+
+void RunsEncoder::put_spans(const SampleImage& image) {
+  Spans rest = image.spans, above;
+  for (std::uint32_t row = 0; row < image.height; ++row) {
+    const Spans spans = take_row(rest, row);
+    put_varint(static_cast<std::uint32_t>(spans.size()), content_);
+    std::uint32_t left = 0;
+    for (std::size_t i = 0; i < spans.size(); ++i) {
+      const bool is_above = i < above.size();
+      put_varint(zigzag(spans[i].begin, is_above ? above[i].begin : left), content_);
+      put_varint(zigzag(spans[i].end, is_above ? above[i].end : spans[i].begin), content_);
+      left = spans[i].end;
+    }
+    above = spans;
+  }
+}
+
+void RunsEncoder::put_packed(const SampleImage& image, const CancellationToken& cancel) {
+  const std::size_t bits = bits_of(image.type), row_bytes = sample_bytes(image.type, image.width, 1);
+  const std::size_t begin = content_.size();
+  content_.resize(begin + (voxels_of(image.spans) * bits + 7) / 8 + 1);
+  BitAppender out(&content_[begin]);
+  each_row(image, cancel, [&](std::uint32_t row, Spans spans, Spans) {
+    for (const VoxelRun& span : spans) {
+      out.append(&image.samples[row_bytes * row], bits * span.begin, bits * span.end);
+    }
+  });
+  content_.resize(static_cast<std::size_t>(out.finish() - content_.data()));
+}
+
+template <typename Sample>
+void RunsEncoder::put_differences(const SampleImage& image, const CancellationToken& cancel) {
+  std::vector<Sample>& residuals = [&]() -> std::vector<Sample>& {
+    if constexpr (std::is_same_v<Sample, std::uint8_t>) {
+      return narrow_;
+    } else {
+      return wide_;
+    }
+  }();
+  residuals.resize(std::max(residuals.size(), image.width + kBlock));
+  std::size_t count = 0;
+  each_row(image, cancel, [&](std::uint32_t row, Spans spans, Spans above) {
+    const Sample* samples = samples_of<Sample>(image) + std::size_t{image.width} * row;
+    const RowPair<Sample> rows{samples, row == 0 ? samples : samples - image.width, 1};
+    const Sample* end = put_row(rows, spans, above, residuals.data() + count, zigzag<Sample>);
+    count = static_cast<std::size_t>(end - residuals.data());
+    put_blocks(residuals, count, false);
+  });
+  put_blocks(residuals, count, true);
+}
+
+/// Writes the whole blocks, and the rest too if it is the `last`; moves what is left to the front.
+template <typename Sample>
+void RunsEncoder::put_blocks(std::vector<Sample>& residuals, std::size_t& count, bool last) {
+  constexpr std::size_t kByte = 8;
+  std::size_t done = 0;
+  while (count - done >= kBlock || (last && done < count)) {
+    const std::size_t length = std::min(kBlock, count - done);
+    const Sample* block = residuals.data() + done;
+    Sample all = 0;
+    for (std::size_t i = 0; i < length; ++i) all = static_cast<Sample>(all | block[i]);
+    const std::size_t width = width_of(all), begin = content_.size() + 1;
+    content_.push_back(static_cast<std::uint8_t>(width));
+    content_.resize(begin + (length * width + kByte - 1) / kByte);
+    done += length;
+    if (width == 0) continue;
+    if (width > kByte) {
+      std::memcpy(&content_[begin], block, sizeof(Sample) * length);
+      continue;
+    }
+    packed_residuals_.resize(kBlock);
+    for (std::size_t i = 0; i < length; ++i) packed_residuals_[i] = static_cast<std::uint8_t>(block[i]);
+    pack_numbers(packed_residuals_.data(), length, static_cast<std::uint32_t>(width), &content_[begin]);
+  }
+  std::copy(residuals.begin() + static_cast<std::ptrdiff_t>(done),
+            residuals.begin() + static_cast<std::ptrdiff_t>(count), residuals.begin());
+  count -= done;
+}
+
+void RunsEncoder::put_byte_planes(const SampleImage& image, const CancellationToken& cancel) {
+  constexpr std::size_t kBytes = sizeof(std::uint32_t);
+  const std::size_t channels = channel_count(image), voxels = voxels_of(image.spans);
+  std::vector<std::uint32_t> residuals(image.width);
+  for (std::size_t channel = 0; channel < channels; ++channel) {
+    std::size_t at = content_.size();
+    content_.resize(at + kBytes * voxels);
+    each_row(image, cancel, [&](std::uint32_t row, Spans spans, Spans above) {
+      const std::uint32_t* samples =
+          samples_of<std::uint32_t>(image) + channels * std::size_t{image.width} * row + channel;
+      const RowPair<std::uint32_t> rows{samples, row == 0 ? samples : samples - channels * image.width, channels};
+      const std::uint32_t* end = put_row(rows, spans, above, residuals.data(), std::bit_xor<std::uint32_t>());
+      const auto count = static_cast<std::size_t>(end - residuals.data());
+      for (std::size_t byte = 0; byte < kBytes; ++byte) {
+        std::uint8_t* plane = &content_[at + byte * voxels];
+        for (std::size_t i = 0; i < count; ++i) plane[i] = static_cast<std::uint8_t>(residuals[i] >> 8 * byte);
+      }
+      at += count;
+    });
+  }
+}
+
+}  // namespace ccslice
