@@ -26,8 +26,8 @@ struct LayerTarget {
   const CancellationToken& cancel;
   LayerWindow window;   // What the planes hold. Voxels elsewhere are left out,
   LayerWindow counted;  // Only voxels in here are counted.
+  bool is_whole = true;  // The window holds all voxels inside.
 
-  bool is_whole() const { return window == window_of(lattice); }
   std::uint64_t count(const VoxelRun& span) const {
     const VoxelRun part = counted.clipped(span);
     return part.end - part.begin;

@@ -28,7 +28,7 @@ void UnresolvedVoxels::add(std::uint32_t row, std::uint32_t column) {
 WindowOutcome UnresolvedVoxels::fill(MaterialField& field, std::span<const VoxelRun> spans,
                                      const LayerTarget& target) const {
   if (runs_.empty()) return WindowOutcome::kComplete;
-  if (!target.is_whole()) {
+  if (!target.is_whole) {
     const bool holds_none = std::ranges::all_of(runs_, [&](const VoxelRun& run) {
       const VoxelRun held = target.window.clipped(run);
       return held.begin == held.end;

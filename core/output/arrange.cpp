@@ -20,24 +20,47 @@ void copy_reversed(const std::uint8_t* in, std::size_t count, std::size_t bytes,
   for (std::size_t i = 0; i < count; ++i) std::memcpy(out + bytes * i, in + bytes * (count - 1 - i), bytes);
 }
 
+void fill(std::uint8_t* out, std::size_t count, std::span<const std::uint8_t> sample) {
+  if (std::ranges::all_of(sample, [&](std::uint8_t byte) { return byte == sample[0]; })) {
+    std::fill_n(out, count * sample.size(), sample[0]);
+    return;
+  }
+  for (std::size_t i = 0; i < count; ++i) std::ranges::copy(sample, out + sample.size() * i);
+}
+
 }  // namespace
 
-std::span<const std::uint8_t> arrange(std::span<const std::uint8_t> samples, std::size_t bytes,
+LayerWindow held_window(const Arrangement& arrangement) {
+  const LayerWindow held = common_window(arrangement.from, arrangement.to), &to = arrangement.to;
+  LayerWindow there{held.first_column - to.first_column, held.first_row - to.first_row, held.columns, held.rows};
+  if (arrangement.order.columns_descending) there.first_column = to.end_column() - held.end_column();
+  if (arrangement.order.rows_descending) there.first_row = to.end_row() - held.end_row();
+  return there;
+}
+
+std::span<const std::uint8_t> arrange(std::span<const std::uint8_t> samples, std::span<const std::uint8_t> outside,
                                       const Arrangement& arrangement, std::vector<std::uint8_t>& out,
                                       const CancellationToken& cancel) {
   if (arrangement.is_identity()) return samples;
-  const LayerWindow& to = arrangement.to;
+  const std::size_t bytes = outside.size();
+  const LayerWindow &to = arrangement.to, held = common_window(arrangement.from, to), there = held_window(arrangement);
   out.resize(std::size_t{to.columns} * to.rows * bytes);
   for (std::uint32_t row = 0; row < to.rows; ++row) {
     if (row % kRowsPerPoll == 0) cancel.throw_if_cancelled();
-    const std::uint32_t source = arrangement.order.rows_descending ? to.end_row() - 1 - row : to.first_row + row;
-    const std::uint8_t* in = samples.data() + bytes * arrangement.from.index(to.first_column, source);
     std::uint8_t* row_out = out.data() + bytes * to.columns * row;
-    if (arrangement.order.columns_descending) {
-      copy_reversed(in, to.columns, bytes, row_out);
-    } else {
-      std::memcpy(row_out, in, bytes * to.columns);
+    if (held.columns == 0 || row < there.first_row || row >= there.end_row()) {
+      fill(row_out, to.columns, outside);
+      continue;
     }
+    const std::uint32_t source = arrangement.order.rows_descending ? to.end_row() - 1 - row : to.first_row + row;
+    const std::uint8_t* in = samples.data() + bytes * arrangement.from.index(held.first_column, source);
+    fill(row_out, there.first_column, outside);
+    if (arrangement.order.columns_descending) {
+      copy_reversed(in, held.columns, bytes, row_out + bytes * there.first_column);
+    } else {
+      std::memcpy(row_out + bytes * there.first_column, in, bytes * held.columns);
+    }
+    fill(row_out + bytes * there.end_column(), to.columns - there.end_column(), outside);
   }
   return out;
 }

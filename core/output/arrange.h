@@ -25,16 +25,24 @@ struct PictureOrder {
 };
 
 struct Arrangement {
-  LayerWindow from;  // What samples there are of,
-  LayerWindow to;    // What the picture shows. REQUIRES: within `from`.
+  LayerWindow from;  // What samples there are of: all others are as outside.
+  LayerWindow to;    // What the picture shows.
   PictureOrder order;
 
   bool is_identity() const { return from == to && order == PictureOrder{}; }
 };
 
-/// `samples`: of `bytes` bytes each, of arrangement.from. Returns those of arrangement.to in its order: `samples`
-/// themselves or `out`. REQUIRES: out isn't where the samples are. Throws Error{kCancelled}.
-std::span<const std::uint8_t> arrange(std::span<const std::uint8_t> samples, std::size_t bytes,
+/// The same of no more than there are samples of.
+inline Arrangement held_arrangement(const Arrangement& arrangement) {
+  return {arrangement.from, common_window(arrangement.from, arrangement.to), arrangement.order};
+}
+
+/// Where the picture of arrangement.to shows samples of arrangement.from, in its own columns and rows.
+LayerWindow held_window(const Arrangement& arrangement);
+
+/// `samples`: of outside.size() bytes each, of arrangement.from. Returns those of arrangement.to in its order:
+/// `samples` themselves or `out`. REQUIRES: out isn't where the samples are. Throws Error{kCancelled}.
+std::span<const std::uint8_t> arrange(std::span<const std::uint8_t> samples, std::span<const std::uint8_t> outside,
                                       const Arrangement& arrangement, std::vector<std::uint8_t>& out,
                                       const CancellationToken& cancel);
 

@@ -39,18 +39,54 @@ void refuse(const std::optional<std::string_view>& obstacle) {
   if (obstacle) throw Error(ErrorCode::kEncodingUnsupported, std::string(*obstacle), "encoding");
 }
 
+/// The CRC-32 of the whole picture, of which there is a window.
+std::uint32_t crc32_of_window(const SampleImage& image, const CancellationToken& cancel) {
+  constexpr std::size_t kByte = 8;
+  const LayerWindow window = image_window(image);
+  const std::uint32_t channels = channel_count(image);
+  const std::size_t sample_bits = sample_bytes(image.type, kByte, 1);
+  const std::size_t row_bytes = sample_bytes(image.type, window.columns, 1, channels);
+  std::vector<std::uint8_t> outside(sample_bytes(image.type, image.width, 1, channels));
+  const std::size_t period = std::max<std::size_t>(1, sample_bits / kByte);
+  for (std::size_t i = 0; i < outside.size(); ++i) outside[i] = image.outside[i % period];
+  std::vector<std::uint8_t> row;
+  std::uint32_t crc = libdeflate_crc32(0, nullptr, 0);
+  for (std::uint32_t y = 0; y < image.height; ++y) {
+    if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
+    const bool is_held = window.columns > 0 && y >= window.first_row && y < window.end_row();
+    if (is_held) {
+      row = outside;
+      place_bits(image.samples.subspan(row_bytes * (y - window.first_row), row_bytes),
+                 sample_bits * channels * window.first_column, row);
+    }
+    crc = libdeflate_crc32(crc, is_held ? row.data() : outside.data(), outside.size());
+  }
+  return crc;
+}
+
 /// `bytes_of`: makes the encoded bytes.
 template <class BytesOf>
 EncodedPlane checked_plane(const SampleImage& image, const CancellationToken& cancel, const BytesOf& bytes_of) {
-  const std::uint64_t fitting = sample_bytes(image.type, image.width, image.height, channel_count(image));
-  if (image.samples.size() != fitting || image.samples.empty()) {
+  const std::uint32_t channels = channel_count(image);
+  const LayerWindow window = image_window(image);
+  EncodedPlane plane;
+  plane.raw_bytes = sample_bytes(image.type, image.width, image.height, channels);
+  if (image.samples.size() != sample_bytes(image.type, window.columns, window.rows, channels) || plane.raw_bytes == 0) {
     throw Error(ErrorCode::kInternal, "a plane's samples don't fit its size");
   }
-  EncodedPlane plane;
-  plane.raw_bytes = image.samples.size();
-  plane.crc32 = crc32_by_pieces(image.samples, cancel);
+  plane.crc32 = image.window ? crc32_of_window(image, cancel) : crc32_by_pieces(image.samples, cancel);
   plane.bytes = bytes_of();
   return plane;
+}
+
+SampleImage packed_image(const IndexImage& image, SampleType type, std::span<const std::uint8_t> packed) {
+  return {.type = type,
+          .width = image.width,
+          .height = image.height,
+          .samples = packed,
+          .pitch = image.pitch,
+          .spans = image.spans,
+          .window = image.window};
 }
 
 }  // namespace
@@ -114,7 +150,7 @@ EncodedPlane PlaneEncoder::encode(const IndexImage& image, SampleType type, Enco
   refuse(index_encoding_obstacle(type, encoding, image.palette.size() - 1));
   require_known_materials(image);
   pack_indices(image, bits_per_index(type), state_->packed, cancel);
-  const SampleImage packed{type, image.width, image.height, state_->packed, {}, image.pitch, {}, image.spans};
+  const SampleImage packed = packed_image(image, type, state_->packed);
   return checked_plane(packed, cancel,
                        [&] { return find_encoding(encoding)->encode_indices(state_->codecs, image, packed, cancel); });
 }
@@ -123,8 +159,7 @@ EncodedPlane PlaneEncoder::encode_mask(const IndexImage& image, std::uint32_t ma
                                        const CancellationToken& cancel) {
   refuse(encoding_obstacle(SampleType::kBit, encoding));
   pack_mask(image, material, state_->packed, cancel);
-  const SampleImage packed{SampleType::kBit, image.width, image.height, state_->packed, {},
-                           image.pitch,      {},          image.spans};
+  const SampleImage packed = packed_image(image, SampleType::kBit, state_->packed);
   return checked_plane(packed, cancel,
                        [&] { return find_encoding(encoding)->encode_mask(state_->codecs, packed, cancel); });
 }

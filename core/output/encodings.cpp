@@ -155,6 +155,7 @@ constexpr std::array kEncodings = {
                    .encode_samples = image_file<Encoding::kTiffAlpha>},
     EncodingTraits{.encoding = Encoding::kRunsZstd,
                    .name = "RUNS_ZSTD",
+                   .takes_window = true,
                    .takes = all_types,
                    .is_built = always,
                    .encode_samples = runs,

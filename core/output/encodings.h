@@ -45,6 +45,7 @@ struct EncodingTraits {
   bool compressed = true;    // Typical parts take fewer bytes than their samples.
   bool widens_bits = false;  // kBit takes 8 bits a voxel.
   bool has_alpha = false;    // Takes SampleImage::inside, and that of kChannel alone.
+  bool takes_window = false;  // Of pictures, and doesn't need the samples outside.
 
   /// Samples of occupancies, masks and channels, and what to ask for instead of other types.
   bool (*takes)(SampleType type) noexcept;

@@ -4,6 +4,8 @@
 #include "core/output/pack_indices.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstring>
 #include <string>
 
 #include "core/base/error.h"
@@ -13,14 +15,29 @@
 namespace ccslice {
 namespace {
 
-template <std::uint32_t kBits>
+static_assert(std::endian::native == std::endian::little, "the first byte of a word is its lowest");
+
+/// The word whose bytes are numbers, times this, has them side by side in its most significant byte, the first one on
+/// top: byte i is at bit 8 i and belongs at the top less (i + 1) numbers. No two of the products meet in between.
+template <std::uint32_t kBits, typename Word>
+constexpr Word gathering_factor() {
+  constexpr std::uint32_t kTop = 8 * sizeof(Word);
+  Word factor = 0;
+  for (std::uint32_t i = 0; i < sizeof(Word); ++i) factor |= Word{1} << (kTop - kBits * (i + 1) - 8 * i);
+  return factor;
+}
+
+/// `Word`: as many bytes as a packed byte holds numbers.
+template <std::uint32_t kBits, typename Word>
 void pack_row(const std::uint8_t* in, std::size_t width, std::uint8_t* out) {
-  constexpr std::uint32_t kPerByte = 8 / kBits;
+  constexpr std::uint32_t kPerByte = sizeof(Word);
+  static_assert(kPerByte * kBits == 8);
+  constexpr auto kFactor = gathering_factor<kBits, Word>();
   const std::size_t whole = width / kPerByte;
   for (std::size_t byte = 0; byte < whole; ++byte) {
-    std::uint32_t value = 0;
-    for (std::uint32_t k = 0; k < kPerByte; ++k) value = value << kBits | in[byte * kPerByte + k];
-    out[byte] = static_cast<std::uint8_t>(value);
+    Word numbers;
+    std::memcpy(&numbers, in + byte * kPerByte, sizeof numbers);
+    out[byte] = static_cast<std::uint8_t>(static_cast<Word>(numbers * kFactor) >> (8 * (kPerByte - 1)));
   }
   const auto left = static_cast<std::uint32_t>(width - whole * kPerByte);
   if (left == 0) return;
@@ -31,11 +48,25 @@ void pack_row(const std::uint8_t* in, std::size_t width, std::uint8_t* out) {
 
 }  // namespace
 
+void place_bits(std::span<const std::uint8_t> bits, std::size_t begin, std::span<std::uint8_t> out) {
+  constexpr std::size_t kByte = 8;
+  const std::size_t first = begin / kByte, shift = begin % kByte;
+  if (shift == 0) {
+    std::ranges::copy(bits, out.begin() + static_cast<std::ptrdiff_t>(first));
+    return;
+  }
+  for (std::size_t i = 0; i < bits.size(); ++i) {
+    out[first + i] = static_cast<std::uint8_t>(out[first + i] | bits[i] >> shift);
+    const auto low = static_cast<std::uint8_t>(bits[i] << (kByte - shift));
+    if (low != 0) out[first + i + 1] = low;
+  }
+}
+
 void pack_numbers(const std::uint8_t* numbers, std::size_t count, std::uint32_t bits, std::uint8_t* packed) {
   switch (bits) {
-    case 1: return pack_row<1>(numbers, count, packed);
-    case 2: return pack_row<2>(numbers, count, packed);
-    case 4: return pack_row<4>(numbers, count, packed);
+    case 1: return pack_row<1, std::uint64_t>(numbers, count, packed);
+    case 2: return pack_row<2, std::uint32_t>(numbers, count, packed);
+    case 4: return pack_row<4, std::uint16_t>(numbers, count, packed);
     default: std::copy_n(numbers, count, packed);
   }
 }
@@ -80,24 +111,26 @@ std::vector<std::uint64_t> count_materials(const IndexImage& image, const Cancel
 
 void pack_mask(const IndexImage& image, std::uint32_t material, std::vector<std::uint8_t>& packed,
                const CancellationToken& cancel) {
-  const std::size_t row_bytes = (std::size_t{image.width} + 7) / 8;
-  std::vector<std::uint8_t> row(image.width);
-  packed.resize(row_bytes * image.height);
-  for (std::uint32_t y = 0; y < image.height; ++y) {
+  const LayerWindow window = image_window(image);
+  const std::size_t row_bytes = (std::size_t{window.columns} + 7) / 8;
+  std::vector<std::uint8_t> row(window.columns);
+  packed.resize(row_bytes * window.rows);
+  for (std::uint32_t y = 0; y < window.rows; ++y) {
     if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
-    const auto indices = image.indices.subspan(std::size_t{image.width} * y, image.width);
+    const auto indices = image.indices.subspan(std::size_t{window.columns} * y, window.columns);
     std::transform(indices.begin(), indices.end(), row.begin(), [&](std::uint8_t index) { return index == material; });
-    pack_row<1>(row.data(), image.width, &packed[row_bytes * y]);
+    pack_numbers(row.data(), window.columns, 1, &packed[row_bytes * y]);
   }
 }
 
 void pack_indices(const IndexImage& image, std::uint32_t bits, std::vector<std::uint8_t>& packed,
                   const CancellationToken& cancel) {
-  const std::size_t row_bytes = (std::size_t{image.width} * bits + 7) / 8;
-  packed.resize(row_bytes * image.height);
-  for (std::uint32_t y = 0; y < image.height; ++y) {
+  const LayerWindow window = image_window(image);
+  const std::size_t row_bytes = (std::size_t{window.columns} * bits + 7) / 8;
+  packed.resize(row_bytes * window.rows);
+  for (std::uint32_t y = 0; y < window.rows; ++y) {
     if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
-    pack_numbers(&image.indices[std::size_t{image.width} * y], image.width, bits, &packed[row_bytes * y]);
+    pack_numbers(&image.indices[std::size_t{window.columns} * y], window.columns, bits, &packed[row_bytes * y]);
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/base/cancellation.h"
@@ -27,13 +28,17 @@ void require_known_materials(const IndexImage& image);
 /// Voxels of each number, from the background's on. Throws as above, and Error{kCancelled}.
 std::vector<std::uint64_t> count_materials(const IndexImage& image, const CancellationToken& cancel);
 
-/// One bit a voxel: which are `material`. Throws Error{kCancelled}.
+/// One bit a voxel of the image's window: which are `material`. Throws Error{kCancelled}.
 void pack_mask(const IndexImage& image, std::uint32_t material, std::vector<std::uint8_t>& packed,
                const CancellationToken& cancel);
 
 /// Numbers one after the other; what is left of the last byte is 0. REQUIRES: bits 1, 2, 4 or 8; all numbers below
 /// 2^bits; room for ceil(count * bits / 8) bytes.
 void pack_numbers(const std::uint8_t* numbers, std::size_t count, std::uint32_t bits, std::uint8_t* packed);
+
+/// Copies packed bits to those of `out` from `begin` on. REQUIRES: these are 0, or begin is at a whole byte; what is
+/// left of the last byte of `bits` is 0.
+void place_bits(std::span<const std::uint8_t> bits, std::size_t begin, std::span<std::uint8_t> out);
 
 /// REQUIRES: bits 1, 2, 4 or 8; all numbers below 2^bits. Throws Error{kCancelled}.
 void pack_indices(const IndexImage& image, std::uint32_t bits, std::vector<std::uint8_t>& packed,

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "core/raster/layer_window.h"
 #include "core/raster/voxel_runs.h"
 
 namespace ccslice {
@@ -77,23 +78,31 @@ struct SampleImage {
   SampleType type = SampleType::kBit;
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::span<const std::uint8_t> samples;
+  std::span<const std::uint8_t> samples;  // Of all of the picture, or of its window.
   std::span<const std::string> channel_names = {};  // One a sample of a voxel; none: one sample without a name.
   PixelPitch pitch = {};
   std::span<const std::uint8_t> inside = {};  // For encodings with alpha: which voxels are, laid out as kBit.
   std::span<const VoxelRun> spans = {};       // The voxels inside, by row, then by column; none touch.
   std::array<std::uint8_t, 4> outside = {};   // The sample of all others; as many bytes as it has.
+  std::optional<LayerWindow> window = {};     // For encodings that take windows: what `samples` hold, spans included.
 };
 
 /// A layer of numbers, of materials or of cell regions, rows from 0 up. Not owned.
 struct IndexImage {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::span<const std::uint8_t> indices;   // width * height.
+  std::span<const std::uint8_t> indices;   // width * height, or those of the window.
   std::span<const std::uint32_t> palette;  // 0xRRGGBBAA, sRGB: the background's colour, then one for each material.
   PixelPitch pitch = {};
   std::span<const VoxelRun> spans = {};  // The voxels inside, as above. All others are the background's.
+  std::optional<LayerWindow> window = {};
 };
+
+/// What an image's samples or indices hold of it.
+template <typename Image>
+LayerWindow image_window(const Image& image) {
+  return image.window.value_or(LayerWindow{0, 0, image.width, image.height});
+}
 
 /// Samples of a voxel.
 inline std::uint32_t channel_count(const SampleImage& image) {

@@ -49,15 +49,16 @@ void each_row(const SampleImage& image, const CancellationToken& cancel, const O
   }
 }
 
-/// A row of samples of one channel, and the row above. `step`: samples of a voxel.
+/// A row of samples of one channel, and the row above.
 template <typename Sample>
 struct RowPair {
   const Sample* row;
   const Sample* above;
-  std::size_t step;
+  std::size_t step;     // Samples of a voxel.
+  std::uint32_t first;  // Column.
 
-  Sample at(std::uint32_t x) const { return row[step * x]; }
-  Sample above_at(std::uint32_t x) const { return above[step * x]; }
+  Sample at(std::uint32_t x) const { return row[step * (x - first)]; }
+  Sample above_at(std::uint32_t x) const { return above[step * (x - first)]; }
 };
 
 /// Calls residual(sample, prediction) for each voxel inside, in order. The prediction is the sample above where that is
@@ -73,7 +74,10 @@ Sample* put_row(const RowPair<Sample>& rows, Spans spans, Spans above, Sample* o
       if (is_next && met->begin <= x) {
         const std::uint32_t end = std::min(met->end, span.end);
         if (rows.step == 1) {
-          for (; x < end; ++x) *out++ = residual(rows.row[x], rows.above[x]);
+          const Sample *here = rows.row + (x - rows.first), *over = rows.above + (x - rows.first);
+          for (std::uint32_t i = 0; i < end - x; ++i) out[i] = residual(here[i], over[i]);
+          out += end - x;
+          x = end;
         }
         for (; x < end; ++x) *out++ = residual(rows.at(x), rows.above_at(x));
         continue;
@@ -107,9 +111,14 @@ std::size_t width_of(std::uint32_t largest) {
   return bits == 0 ? 0 : std::bit_ceil(bits);
 }
 
+/// REQUIRES: `above`, the spans of the row above, if there are any, are in the window.
 template <typename Sample>
-const Sample* samples_of(const SampleImage& image) {
-  return reinterpret_cast<const Sample*>(image.samples.data());
+RowPair<Sample> row_pair(const SampleImage& image, std::size_t channel, std::uint32_t row, Spans above) {
+  const LayerWindow window = image_window(image);
+  const std::size_t step = channel_count(image), stride = step * window.columns;
+  const Sample* samples =
+      reinterpret_cast<const Sample*>(image.samples.data()) + stride * (row - window.first_row) + channel;
+  return {samples, above.empty() ? samples : samples - stride, step, window.first_column};
 }
 
 /// Bits one after the other, the first one in a byte's most significant bit.
@@ -209,13 +218,15 @@ void RunsEncoder::put_spans(const SampleImage& image) {
 }
 
 void RunsEncoder::put_packed(const SampleImage& image, const CancellationToken& cancel) {
-  const std::size_t bits = bits_of(image.type), row_bytes = sample_bytes(image.type, image.width, 1);
+  const LayerWindow window = image_window(image);
+  const std::size_t bits = bits_of(image.type), row_bytes = sample_bytes(image.type, window.columns, 1);
   const std::size_t begin = content_.size();
   content_.resize(begin + (voxels_of(image.spans) * bits + 7) / 8 + 1);
   BitAppender out(&content_[begin]);
   each_row(image, cancel, [&](std::uint32_t row, Spans spans, Spans) {
+    const std::uint8_t* samples = &image.samples[row_bytes * (row - window.first_row)];
     for (const VoxelRun& span : spans) {
-      out.append(&image.samples[row_bytes * row], bits * span.begin, bits * span.end);
+      out.append(samples, bits * (span.begin - window.first_column), bits * (span.end - window.first_column));
     }
   });
   content_.resize(static_cast<std::size_t>(out.finish() - content_.data()));
@@ -233,8 +244,7 @@ void RunsEncoder::put_differences(const SampleImage& image, const CancellationTo
   residuals.resize(std::max(residuals.size(), image.width + kBlock));
   std::size_t count = 0;
   each_row(image, cancel, [&](std::uint32_t row, Spans spans, Spans above) {
-    const Sample* samples = samples_of<Sample>(image) + std::size_t{image.width} * row;
-    const RowPair<Sample> rows{samples, row == 0 ? samples : samples - image.width, 1};
+    const RowPair<Sample> rows = row_pair<Sample>(image, 0, row, above);
     const Sample* end = put_row(rows, spans, above, residuals.data() + count, zigzag<Sample>);
     count = static_cast<std::size_t>(end - residuals.data());
     put_blocks(residuals, count, false);
@@ -278,9 +288,7 @@ void RunsEncoder::put_byte_planes(const SampleImage& image, const CancellationTo
     std::size_t at = content_.size();
     content_.resize(at + kBytes * voxels);
     each_row(image, cancel, [&](std::uint32_t row, Spans spans, Spans above) {
-      const std::uint32_t* samples =
-          samples_of<std::uint32_t>(image) + channels * std::size_t{image.width} * row + channel;
-      const RowPair<std::uint32_t> rows{samples, row == 0 ? samples : samples - channels * image.width, channels};
+      const RowPair<std::uint32_t> rows = row_pair<std::uint32_t>(image, channel, row, above);
       const std::uint32_t* end = put_row(rows, spans, above, residuals.data(), std::bit_xor<std::uint32_t>());
       const auto count = static_cast<std::size_t>(end - residuals.data());
       for (std::size_t byte = 0; byte < kBytes; ++byte) {

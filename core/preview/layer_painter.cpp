@@ -79,7 +79,7 @@ void LayerPainter::mix(PreviewPicture& picture, const CancellationToken& cancel)
     MixedPixels& mixed = parts.emplace_back(MixedPixels{part.halftone, {}, {}});
     for (const ContonePlane& plane : part.mixed) {
       const auto samples =
-          arrange(plane.image().samples, sizeof(float), {part.window, region, {}}, cropped.emplace_back(), cancel);
+          arrange(plane.image().samples, plane.image().outside, {part.window, region, {}}, cropped.emplace_back(), cancel);
       mixed.values.push_back({SampleType::kFloat32, region.columns, region.rows, samples});
     }
     const auto add = [&](const VoxelRun& run, std::size_t mixture) {

@@ -8,8 +8,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
-#include "core/raster/occupancy.h"
+#include "core/raster/voxel_runs.h"
 
 namespace ccslice {
 
@@ -35,7 +36,22 @@ struct LayerWindow {
   bool operator==(const LayerWindow&) const = default;
 };
 
-/// All of a layer.
-inline LayerWindow window_of(const LayerLattice& lattice) { return {0, 0, lattice.width, lattice.height}; }
+/// What both hold: no columns or no rows if that is nothing.
+inline LayerWindow common_window(const LayerWindow& a, const LayerWindow& b) {
+  const std::uint32_t column = std::max(a.first_column, b.first_column), row = std::max(a.first_row, b.first_row);
+  return {column, row, std::max(column, std::min(a.end_column(), b.end_column())) - column,
+          std::max(row, std::min(a.end_row(), b.end_row())) - row};
+}
+
+/// The smallest one that holds all spans. `spans`: by row.
+inline LayerWindow window_of(std::span<const VoxelRun> spans) {
+  if (spans.empty()) return {};
+  std::uint32_t begin = spans.front().begin, end = spans.front().end;
+  for (const VoxelRun& span : spans) {
+    begin = std::min(begin, span.begin);
+    end = std::max(end, span.end);
+  }
+  return {begin, spans.front().row, end - begin, spans.back().row + 1 - spans.front().row};
+}
 
 }  // namespace ccslice

@@ -12,6 +12,7 @@
 
 #include "core/base/cancellation.h"
 #include "core/contour/contour.h"
+#include "core/raster/layer_window.h"
 #include "core/raster/voxel_runs.h"
 
 namespace ccslice {
@@ -48,6 +49,9 @@ struct LayerLattice {
     return {x0_mm + (x + 0.5) * dx_mm, y0_mm + (y + 0.5) * dy_mm, z_mm};
   }
 };
+
+/// All of a layer.
+inline LayerWindow window_of(const LayerLattice& lattice) { return {0, 0, lattice.width, lattice.height}; }
 
 /// Maximal runs of voxels inside, by row, then by column. A centre exactly on a contour belongs to the side of larger x
 /// (of larger y on horizontal edges): half-open, so that abutting solids share no voxel. `rows`: those wanted.

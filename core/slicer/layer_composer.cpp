@@ -178,53 +178,63 @@ void LayerComposer::count() {
 Layer LayerComposer::finish(const CancellationToken& cancel) {
   if (only_) {
     layer_.planes =
-        encode({only_->window, only_->shape->spans, only_->shape->regions, only_->planes, only_->materials}, cancel);
+        encode({only_->window, only_->shape->spans, only_->shape->regions, only_->planes, only_->materials.indices}, cancel);
     return std::move(layer_);
   }
   count();
   inside_.assign(owners_.runs().begin(), owners_.runs().end());
-  const IndexImage materials{region_.columns, region_.rows, materials_, material_palette_};
-  layer_.planes = encode({region_, inside_, regions_, channels_, materials}, cancel);
+  layer_.planes = encode({region_, inside_, regions_, channels_, materials_}, cancel);
   return std::move(layer_);
+}
+
+/// As an encoding takes it: all of the picture, or what there is of it.
+IndexImage LayerComposer::numbers_for(const PlaneSpec& plane, Numbers& numbers, const CancellationToken& cancel) const {
+  const bool windowed = find_encoding(plane.encoding)->takes_window;
+  const Arrangement& all = numbers.arrangement;
+  auto& made = numbers.made[windowed ? 1 : 0];
+  if (!made) {
+    constexpr std::array<std::uint8_t, 1> kBackground{};
+    made = arrange(numbers.indices, kBackground, windowed ? held_arrangement(all) : all,
+                   numbers.memory[windowed ? 1 : 0], cancel);
+  }
+  return {.width = region_.columns,
+          .height = region_.rows,
+          .indices = *made,
+          .palette = numbers.palette,
+          .pitch = {job_.grid.pitch.x_mm, job_.grid.pitch.y_mm},
+          .spans = arranged_spans_,
+          .window = windowed ? std::optional(held_window(all)) : std::nullopt};
 }
 
 std::vector<EncodedPlane> LayerComposer::encode(const Samples& samples, const CancellationToken& cancel) {
   std::vector<EncodedPlane> planes;
   const Arrangement arrangement{samples.window, region_, job_.order};
-  const PixelPitch pitch{job_.grid.pitch.x_mm, job_.grid.pitch.y_mm};
-  std::span<const ContonePlane> left = samples.channels;
   arrange_spans(samples.inside, arrangement, arranged_spans_);
-  IndexImage materials = samples.materials;
-  if (shows_materials(job_)) {
-    materials.indices = arrange(materials.indices, 1, arrangement, indices_, cancel);
-    materials.width = arrangement.to.columns;
-    materials.height = arrangement.to.rows;
-    materials.pitch = pitch;
-    materials.spans = arranged_spans_;
-  }
   bool has_bits = false;
   const auto inside = [&]() -> const BitImage& {
     if (!std::exchange(has_bits, true)) draw_bits(arranged_spans_, region_.columns, region_.rows, bits_);
     return bits_;
   };
-  std::span<const std::uint8_t> region_numbers;
+  material_numbers_.start(samples.materials, material_palette_, arrangement);
   if (shows_cell_regions(job_)) {
-    draw_regions(samples.regions, arrangement.to, region_numbers_);
-    region_numbers =
-        arrange(region_numbers_, 1, {arrangement.to, arrangement.to, arrangement.order}, ordered_regions_, cancel);
+    const LayerWindow drawn = common_window(window_of(samples.inside), region_);
+    draw_regions(samples.regions, drawn, region_numbers_);
+    cell_region_numbers_.start(region_numbers_, region_palette_, {drawn, region_, job_.order});
   }
+  std::span<const ContonePlane> left = samples.channels;
   for (const PlaneSpec& plane : job_.planes) {
     if (plane.content == PlaneContent::kCellRegions) {
-      const IndexImage numbers{arrangement.to.columns, arrangement.to.rows, region_numbers, region_palette_, pitch,
-                               arranged_spans_};
+      const IndexImage numbers = numbers_for(plane, cell_region_numbers_, cancel);
       planes.push_back(encoder_.encode(numbers, plane.sample_type, plane.encoding, cancel));
       continue;
     }
     if (plane.content == PlaneContent::kMaterials) {
+      const IndexImage materials = numbers_for(plane, material_numbers_, cancel);
       planes.push_back(encoder_.encode(materials, plane.sample_type, plane.encoding, cancel));
       continue;
     }
     if (plane.content == PlaneContent::kMaterialMask) {
+      const IndexImage materials = numbers_for(plane, material_numbers_, cancel);
       planes.push_back(encoder_.encode_mask(materials, plane.material, plane.encoding, cancel));
       continue;
     }
@@ -234,29 +244,34 @@ std::vector<EncodedPlane> LayerComposer::encode(const Samples& samples, const Ca
       image = {SampleType::kBit, inside().width, inside().height, inside().bits};
     } else {
       names = plane.content == PlaneContent::kChannel ? std::vector{plane.channel} : plane.channels;
-      image = arranged_samples(left.first(names.size()), arrangement, cancel);
+      image = arranged_samples(left.first(names.size()), plane, arrangement, cancel);
       image.channel_names = names;
       left = left.subspan(names.size());
       if (find_encoding(plane.encoding)->has_alpha) image.inside = inside().bits;
     }
-    image.pitch = pitch;
+    image.pitch = {job_.grid.pitch.x_mm, job_.grid.pitch.y_mm};
     image.spans = arranged_spans_;
     planes.push_back(encoder_.encode(image, plane.encoding, cancel));
   }
   return planes;
 }
 
-SampleImage LayerComposer::arranged_samples(std::span<const ContonePlane> planes, const Arrangement& arrangement,
-                                            const CancellationToken& cancel) {
+SampleImage LayerComposer::arranged_samples(std::span<const ContonePlane> planes, const PlaneSpec& spec,
+                                            const Arrangement& arrangement, const CancellationToken& cancel) {
+  const bool windowed = find_encoding(spec.encoding)->takes_window;
   SampleImage image = planes.front().image();
   if (planes.size() > 1) {
     interleave(planes, interleaved_, cancel);
     image.samples = interleaved_;
   }
-  const std::size_t bytes = sample_bytes(image.type, 1, 1, static_cast<std::uint32_t>(planes.size()));
-  image.samples = arrange(image.samples, bytes, arrangement, arranged_, cancel);
+  const std::size_t bytes = sample_bytes(image.type, 1, 1);
+  std::vector<std::uint8_t> outside;
+  for (std::size_t i = 0; i < bytes * planes.size(); ++i) outside.push_back(image.outside[i % bytes]);
+  image.samples =
+      arrange(image.samples, outside, windowed ? held_arrangement(arrangement) : arrangement, arranged_, cancel);
   image.width = arrangement.to.columns;
   image.height = arrangement.to.rows;
+  if (windowed) image.window = held_window(arrangement);
   return image;
 }
 

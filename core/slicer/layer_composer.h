@@ -8,6 +8,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -73,7 +74,24 @@ class LayerComposer {
     std::span<const VoxelRun> inside;
     std::span<const RegionRun> regions;
     std::span<const ContonePlane> channels;
-    IndexImage materials;
+    std::span<const std::uint8_t> materials;
+  };
+  /// Materials' or cell regions' numbers, and what planes take of them: all of the picture, or what there is of it.
+  /// Each is made once a layer.
+  struct Numbers {
+    std::span<const std::uint8_t> indices;
+    std::span<const std::uint32_t> palette;
+    Arrangement arrangement;
+    std::array<std::optional<std::span<const std::uint8_t>>, 2> made;
+    std::array<std::vector<std::uint8_t>, 2> memory;
+
+    void start(std::span<const std::uint8_t> the_indices, std::span<const std::uint32_t> the_palette,
+               const Arrangement& the_arrangement) {
+      indices = the_indices;
+      palette = the_palette;
+      arrangement = the_arrangement;
+      made = {};
+    }
   };
 
   void add_contours(std::uint32_t part, const PaintedPart& painted);
@@ -83,8 +101,9 @@ class LayerComposer {
   void note_covered(std::uint32_t part, const OwnedRun& run);
   void count();
   std::vector<EncodedPlane> encode(const Samples& samples, const CancellationToken& cancel);
-  SampleImage arranged_samples(std::span<const ContonePlane> planes, const Arrangement& arrangement,
-                               const CancellationToken& cancel);
+  IndexImage numbers_for(const PlaneSpec& plane, Numbers& numbers, const CancellationToken& cancel) const;
+  SampleImage arranged_samples(std::span<const ContonePlane> planes, const PlaneSpec& spec,
+                               const Arrangement& arrangement, const CancellationToken& cancel);
 
   const PlacedParts& parts_;
   const SliceJob& job_;  // The first part's: all are alike in what this reads.
@@ -104,7 +123,8 @@ class LayerComposer {
   PlaneEncoder encoder_;
   // Scratch memory:
   std::vector<VoxelRun> inside_, arranged_spans_;
-  std::vector<std::uint8_t> interleaved_, arranged_, indices_, region_numbers_, ordered_regions_;
+  Numbers material_numbers_, cell_region_numbers_;
+  std::vector<std::uint8_t> interleaved_, arranged_, region_numbers_;
   BitImage bits_;
 };
 

@@ -13,7 +13,7 @@ namespace ccslice {
 
 struct LayerScope {
   RowRange rows;       // Whose voxels are found and solved,
-  LayerWindow window;  // what is made of them,
+  LayerWindow window;  // what is made of them, as far as they are inside,
   LayerWindow region;  // What is delivered.
 };
 

@@ -138,9 +138,10 @@ struct PartPainter::State {
   }
 
   WindowOutcome evaluate_channels(std::uint32_t layer, PaintedPart& part, const CancellationToken& cancel) {
-    planes.clear(scope.window, cancel);
+    planes.clear(part.window, cancel);
     const double z_mm = job.grid.layer_z_mm(layer);
-    const LayerTarget target{lattice, z_mm, planes.channels(), part.stats, cancel, scope.window, scope.region};
+    const bool is_whole = part.window == window_of(part.shape->spans);
+    const LayerTarget target{lattice, z_mm, planes.channels(), part.stats, cancel, part.window, scope.region, is_whole};
     auto outcome = WindowOutcome::kComplete;
     if (materials) outcome = materials->run(target, part.shape->spans);
     if (slabs) {
@@ -153,7 +154,7 @@ struct PartPainter::State {
 
   void choose_materials(std::uint32_t layer, PaintedPart& part, const CancellationToken& cancel) {
     if (!halftone) return;
-    const HalftonePass::Place place{lattice, layer, job.grid.layer_z_mm(layer), scope.window, scope.region};
+    const HalftonePass::Place place{lattice, layer, job.grid.layer_z_mm(layer), part.window, scope.region};
     if (mixes_by_region()) {
       halftone->run(place, part.shape->regions, planes.mixed(), cancel);
     } else {
@@ -177,7 +178,7 @@ struct PartPainter::State {
     }
     PaintedPart part;
     part.shape = slabs ? &shape_in_slab(layer, cancel) : &own;
-    part.window = scope.window;
+    part.window = common_window(window_of(part.shape->spans), scope.window);
     part.planes = planes.shown();
     part.stats = part.shape->stats;
     if (evaluate_channels(layer, part, cancel) == WindowOutcome::kNeedsWholeLayer) {

@@ -39,7 +39,7 @@ struct PartShape {
 /// A part in a layer. Valid until its painter paints again.
 struct PaintedPart {
   const PartShape* shape = nullptr;
-  LayerWindow window;                    // What the planes and materials hold. The job's region is within it.
+  LayerWindow window;                    // What the planes and materials hold: all voxels inside of the job's region.
   std::span<const ContonePlane> planes;  // shown_channels() of the job.
   // Only if the job shows materials:
   IndexImage materials;

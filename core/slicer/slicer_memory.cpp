@@ -27,6 +27,7 @@
 #include "core/limit/boundary_surface.h"
 #include "core/limit/cell_index.h"
 #include "core/output/encode.h"
+#include "core/output/encodings.h"
 #include "core/slicer/channel_tolerances.h"
 #include "core/slicer/layer_scope.h"
 #include "core/slicer/part_planes.h"
@@ -80,24 +81,47 @@ class IntervalSums {
 
 double voxels_of(const LayerWindow& window) { return static_cast<double>(window.columns) * window.rows; }
 
-/// Samples of channels and materials, and what is made of them on the way to bytes.
-double picture_bytes(const SliceJob& job, const LayerScope& scope) {
-  const auto plane_bytes_in = [](const PlaneSpec& plane, const LayerWindow& window) {
-    const std::size_t channels = plane.content == PlaneContent::kChannels ? plane.channels.size() : 1;
-    return static_cast<double>(
-        sample_bytes(plane.sample_type, window.columns, window.rows, static_cast<std::uint32_t>(channels)));
+double plane_bytes(const PlaneSpec& plane, const LayerWindow& window) {
+  return static_cast<double>(sample_bytes(plane.sample_type, window.columns, window.rows, channel_count(plane)));
+}
+
+/// The columns and rows that the part may be in.
+LayerWindow window_of_part(const PlacedPart& part) {
+  const Box3 box = part.solid->summary().bounding_box.transformed(voxel_of_mesh(part.job.placement, part.job.grid));
+  const GridExtent& extent = part.job.grid.extent;
+  const auto within = [](double place, std::uint32_t end) {
+    return static_cast<std::uint32_t>(std::clamp<double>(place, 0, end));
   };
+  const std::uint32_t column = within(std::floor(box.min().x()), extent.columns);
+  const std::uint32_t row = within(std::floor(box.min().y()), extent.rows);
+  return {column, row, within(std::ceil(box.max().x()) + 1, extent.columns) - column,
+          within(std::ceil(box.max().y()) + 1, extent.rows) - row};
+}
+
+/// Samples of channels and materials, of the window that a part is in.
+double painted_bytes(const SliceJob& job, const LayerWindow& window) {
+  double bytes = shows_materials(job) ? voxels_of(window) : 0;
+  for (const PlaneSpec& plane : all_channels(job)) bytes += plane_bytes(plane, window);
+  return bytes;
+}
+
+/// What becomes of them on the way to bytes. `window`: what there are samples of.
+double encoded_bytes(const SliceJob& job, const LayerWindow& window) {
+  const LayerWindow region = region_of(job).window(), held = common_window(window, region);
   double bytes = 0, largest = 0;
-  for (const PlaneSpec& plane : all_channels(job)) bytes += plane_bytes_in(plane, scope.window);
   for (const PlaneSpec& plane : job.planes) {
-    if (plane.content == PlaneContent::kChannels) largest = std::max(largest, plane_bytes_in(plane, scope.window));
-    largest = std::max(largest, plane_bytes_in(plane, scope.region));
-    bytes += plane_bytes_in(plane, scope.region);  // The layer's bytes: no more than raw, or little more.
+    const LayerWindow& taken = find_encoding(plane.encoding)->takes_window ? held : region;
+    if (plane.content == PlaneContent::kChannels) largest = std::max(largest, plane_bytes(plane, window));
+    largest = std::max(largest, plane_bytes(plane, taken));
+    bytes += plane_bytes(plane, taken);  // The layer's bytes: no more than raw, or little more.
+    if (plane.content == PlaneContent::kMaterials || plane.content == PlaneContent::kMaterialMask ||
+        plane.content == PlaneContent::kCellRegions) {
+      bytes += voxels_of(taken);
+    }
   }
-  if (shows_materials(job)) bytes += voxels_of(scope.window) + voxels_of(scope.region);
-  if (shows_cell_regions(job)) bytes += 2 * voxels_of(scope.region);
-  const double bits = voxels_of(scope.region) / 8;
-  return bytes + 3 * largest + bits;  // Side by side, in another order, and where a codec writes.
+  if (shows_cell_regions(job)) bytes += voxels_of(held);
+  const double bits = voxels_of(region) / 8;
+  return kCodecs + bytes + 3 * largest + bits;  // Side by side, in another order, and where a codec writes.
 }
 
 /// What planes and rows meet of the boundary.
@@ -248,7 +272,7 @@ double particle_bytes(double channels) {
   return TileParticles::kMost * (sizeof(TileParticle) + channels * sizeof(BlockValues));
 }
 
-/// What a PartPainter takes, and LayerComposer of a job's only part.
+/// What a PartPainter takes.
 SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& cancel) {
   const std::shared_ptr<const LimitSolid>& solid = part.solid;
   const SliceJob& job = part.job;
@@ -258,7 +282,7 @@ SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& can
   const double channels = static_cast<double>(std::ranges::count_if(
       all_channels(job), [&](const PlaneSpec& plane) { return of_solid.find(plane.channel).has_value(); }));
   const bool interpolates = channels > 0 && job.channel_tolerance != 0.0;
-  double shared = boundary.faces * 2 * sizeof(Box3), slicer = kCodecs + picture_bytes(job, scope);
+  double shared = boundary.faces * 2 * sizeof(Box3), slicer = painted_bytes(job, common_window(window_of_part(part), scope.window));
   slicer += contour_bytes(boundary, job, scope, interpolates ? kSlabLayers : 1);
   if (channels > 0) slicer += kPatchesOfInverter;
   std::optional<bool> tiles_fit;
@@ -327,7 +351,11 @@ SlicerMemory slicer_memory(const PlacedParts& parts, const CancellationToken& ca
     memory.tiles_fit.insert(memory.tiles_fit.end(), copies, of_part.tiles_fit.front());
   }
   const SliceJob& job = parts.front().job;
-  if (parts.size() > 1) memory.slicer_bytes += static_cast<std::uint64_t>(picture_bytes(job, scope_of(job)));
+  const LayerWindow region = region_of(job).window();
+  const double composed = parts.size() == 1
+                              ? encoded_bytes(job, window_of_part(parts.front()))
+                              : encoded_bytes(job, region) + painted_bytes(job, region);
+  memory.slicer_bytes += static_cast<std::uint64_t>(composed);
   return memory;
 }
 

@@ -55,7 +55,8 @@ class UnresolvedVoxelsTest : public testing::Test {
   }
 
   LayerTarget target(const LayerWindow& window) {
-    return {lattice_, 3.5, std::span(&plane_, 1), stats_, cancel_, window, window};
+    const bool is_whole = window == window_of(lattice_);
+    return {lattice_, 3.5, std::span(&plane_, 1), stats_, cancel_, window, window, is_whole};
   }
   LayerTarget target() { return target(window_of(lattice_)); }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/raster/occupancy.h"
 
 namespace ccslice {
 namespace {
@@ -18,16 +19,17 @@ using Bytes = std::vector<std::uint8_t>;
 /// Of columns 10 to 12 and rows 20 to 21.
 constexpr LayerWindow kFrom{10, 20, 3, 2};
 const Bytes kSamples = {1, 2, 3, 4, 5, 6};
+const Bytes kOutside = {9};
 
 Bytes arranged(const Bytes& samples, std::size_t bytes, const Arrangement& arrangement) {
   Bytes out;
-  const auto result = arrange(samples, bytes, arrangement, out, {});
+  const auto result = arrange(samples, Bytes(bytes, 9), arrangement, out, {});
   return {result.begin(), result.end()};
 }
 
 TEST(Arrange, LeavesWhatIsAsItShouldBeWhereItIs) {
   Bytes out;
-  EXPECT_EQ(arrange(kSamples, 1, {kFrom, kFrom, {}}, out, {}).data(), kSamples.data());
+  EXPECT_EQ(arrange(kSamples, kOutside, {kFrom, kFrom, {}}, out, {}).data(), kSamples.data());
 }
 
 TEST(Arrange, TurnsRowsAndColumns) {
@@ -42,11 +44,21 @@ TEST(Arrange, CropsAndKeepsSamplesOfSeveralBytesTogether) {
   EXPECT_EQ(arranged(kSamples, 3, {{0, 0, 2, 1}, {0, 0, 2, 1}, {true, false}}), (Bytes{4, 5, 6, 1, 2, 3}));
 }
 
+TEST(Arrange, PutsWhatThereIsIntoALargerPicture) {
+  const LayerWindow larger{9, 19, 5, 3}, beside{11, 21, 3, 2};
+  EXPECT_EQ(arranged(kSamples, 1, {kFrom, larger, {}}), (Bytes{9, 9, 9, 9, 9, 9, 1, 2, 3, 9, 9, 4, 5, 6, 9}));
+  EXPECT_EQ(arranged(kSamples, 1, {kFrom, beside, {}}), (Bytes{5, 6, 9, 9, 9, 9}));
+  EXPECT_EQ(arranged(kSamples, 1, {kFrom, beside, {true, true}}), (Bytes{9, 9, 9, 9, 6, 5}));
+  EXPECT_EQ(arranged(kSamples, 1, {kFrom, {30, 0, 2, 1}, {}}), (Bytes{9, 9}));
+  EXPECT_EQ(held_window({kFrom, beside, {}}), (LayerWindow{0, 0, 2, 1}));
+  EXPECT_EQ(held_window({kFrom, beside, {true, true}}), (LayerWindow{1, 1, 2, 1}));
+}
+
 TEST(Arrange, StopsWhenCancelled) {
   const CancellationToken cancel = CancellationToken::make();
   cancel.cancel();
   Bytes out;
-  EXPECT_THROW(arrange(kSamples, 1, {kFrom, kFrom, {true, false}}, out, cancel), Error);
+  EXPECT_THROW(arrange(kSamples, kOutside, {kFrom, kFrom, {true, false}}, out, cancel), Error);
 }
 
 TEST(ArrangeSpans, CropsAndTurnsThemInOrder) {
