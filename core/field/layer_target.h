@@ -24,8 +24,8 @@ struct LayerTarget {
   std::span<ContonePlane> planes;
   LayerStats& stats;
   const CancellationToken& cancel;
-  LayerWindow window;   // What the planes hold. Voxels elsewhere are left out,
-  LayerWindow counted;  // Only voxels in here are counted.
+  LayerWindow window;    // What the planes hold. Voxels elsewhere are left out,
+  LayerWindow counted;   // Only voxels in here are counted.
   bool is_whole = true;  // The window holds all voxels inside.
 
   std::uint64_t count(const VoxelRun& span) const {

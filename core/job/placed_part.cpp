@@ -3,9 +3,65 @@
 
 #include "core/job/placed_part.h"
 
+#include <algorithm>
+#include <array>
+#include <span>
 #include <unordered_set>
 
+#include "core/output/encode.h"
+#include "core/output/encodings.h"
+
 namespace ccslice {
+namespace {
+
+std::uint64_t plane_bytes(const PlaneSpec& plane, const LayerWindow& window) {
+  return sample_bytes(plane.sample_type, window.columns, window.rows, channel_count(plane));
+}
+
+bool takes_window(const PlaneSpec& plane) {
+  const EncodingTraits* traits = find_encoding(plane.encoding);
+  return traits != nullptr && traits->takes_window;
+}
+
+std::uint64_t most_bytes(const SliceJob& job, std::span<const LayerWindow> windows) {
+  std::uint64_t bytes = 0;
+  for (const PlaneSpec& plane : job.planes) {
+    const std::uint64_t all = plane_bytes(plane, region_of(job).window());
+    std::uint64_t held = 0;
+    for (const LayerWindow& window : windows) held += plane_bytes(plane, window);
+    bytes += takes_window(plane) ? std::min(all, held) : all;
+  }
+  return bytes;
+}
+
+}  // namespace
+
+LayerWindow window_of_solid(const SolidSummary& solid, const SliceJob& job) {
+  const Box3 box = solid.bounding_box.transformed(job.placement);
+  const LayerLattice lattice = job.grid.lattice();
+  const auto place = [](double mm, double from_mm, double step_mm, std::uint32_t end) {
+    return static_cast<std::uint32_t>(std::clamp<double>((mm - from_mm) / step_mm, 0, end));
+  };
+  const std::uint32_t column = place(box.min().x(), lattice.x0_mm + lattice.dx_mm, lattice.dx_mm, lattice.width);
+  const std::uint32_t row = place(box.min().y(), lattice.y0_mm + lattice.dy_mm, lattice.dy_mm, lattice.height);
+  const std::uint32_t end_column =
+      place(box.max().x(), lattice.x0_mm - 2 * lattice.dx_mm, lattice.dx_mm, lattice.width);
+  const std::uint32_t end_row = place(box.max().y(), lattice.y0_mm - 2 * lattice.dy_mm, lattice.dy_mm, lattice.height);
+  return {column, row, end_column - column, end_row - row};
+}
+
+std::uint64_t most_layer_bytes(const SolidSummary& solid, const SliceJob& job) {
+  return most_bytes(job, std::array{common_window(region_of(job).window(), window_of_solid(solid, job))});
+}
+
+std::uint64_t most_layer_bytes(const PlacedParts& parts) {
+  const LayerWindow region = region_of(parts.front().job).window();
+  std::vector<LayerWindow> windows;
+  for (const PlacedPart& part : parts) {
+    windows.push_back(common_window(region, window_of_solid(part.solid->summary(), part.job)));
+  }
+  return most_bytes(parts.front().job, windows);
+}
 
 std::vector<std::string> cell_region_names(const PlacedParts& parts) {
   std::vector<std::string> names;

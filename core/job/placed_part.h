@@ -13,6 +13,7 @@
 
 #include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
+#include "core/raster/layer_window.h"
 
 namespace ccslice {
 
@@ -36,6 +37,15 @@ inline constexpr std::size_t kMaxPlacedParts = 4096;
 /// overlaps are the same in all; integer planes of channels have a range, the same in all; no more than 255
 /// cell_region_names().
 using PlacedParts = std::vector<PlacedPart>;
+
+/// The columns and rows of the grid that the solid may be in.
+LayerWindow window_of_solid(const SolidSummary& solid, const SliceJob& job);
+
+/// Bytes of a layer's samples, encoded: of the solid's window for encodings that leave out what is outside, else of all
+/// of the region.
+std::uint64_t most_layer_bytes(const SolidSummary& solid, const SliceJob& job);
+/// Of all parts.
+std::uint64_t most_layer_bytes(const PlacedParts& parts);
 
 /// The names of all parts' cell regions, each once, in the order in which parts come. Layers number cell regions so.
 std::vector<std::string> cell_region_names(const PlacedParts& parts);

@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/channel/channel_table.h"
+#include "core/job/placed_part.h"
 #include "core/job/validate_placement.h"
 #include "core/output/encode.h"
 #include "core/output/encodings.h"
@@ -186,19 +187,19 @@ void validate_channel_tolerance(double tolerance, const SliceLimits& limits) {
               "channel_tolerance");
 }
 
-void validate_layer_bytes(const SliceJob& job, const SliceLimits& limits) {
-  std::uint64_t bytes = 0;
-  for (const PlaneSpec& plane : job.planes) {
-    bytes += sample_bytes(plane.sample_type, job.grid.extent.columns, job.grid.extent.rows, channel_count(plane));
-  }
+void validate_layer_bytes(const SolidSummary& summary, const SliceJob& job, const SliceLimits& limits) {
+  std::uint64_t bytes = most_layer_bytes(summary, job);
   if (job.printing) {  // What halftoning works on: the map's channels as floats, and a byte a voxel.
-    const std::uint64_t voxels = std::uint64_t{job.grid.extent.columns} * job.grid.extent.rows;
+    const LayerWindow window = window_of_solid(summary, job);
+    const std::uint64_t voxels = std::uint64_t{window.columns} * window.rows;
     bytes += voxels * (sizeof(float) * channels_of(*job.printing).size() + 1);
   }
   if (bytes <= limits.max_layer_bytes) return;
   throw Error(ErrorCode::kLayerBytesTooLarge,
               "planes: " + std::to_string(bytes) + " bytes of samples a layer are more than the limit of " +
-                  std::to_string(limits.max_layer_bytes) + "; ask for fewer planes, smaller samples or a larger pitch",
+                  std::to_string(limits.max_layer_bytes) +
+                  "; ask for RUNS_ZSTD, which leaves out what is outside, for fewer "
+                  "planes, smaller samples or a larger pitch",
               "planes");
 }
 
@@ -239,7 +240,7 @@ void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceL
   for (std::size_t i = 0; i < job.planes.size(); ++i) {
     PlaneCheck(job.planes[i], "planes[" + std::to_string(i) + "]").run(summary, channels, job.printing);
   }
-  validate_layer_bytes(job, limits);
+  validate_layer_bytes(summary, job, limits);
 }
 
 }  // namespace ccslice

@@ -41,10 +41,10 @@ struct EncodingTraits {
                         const CancellationToken& cancel);
 
   Encoding encoding;
-  std::string_view name;     // Of the contract's value, without PLANE_ENCODING_.
-  bool compressed = true;    // Typical parts take fewer bytes than their samples.
-  bool widens_bits = false;  // kBit takes 8 bits a voxel.
-  bool has_alpha = false;    // Takes SampleImage::inside, and that of kChannel alone.
+  std::string_view name;      // Of the contract's value, without PLANE_ENCODING_.
+  bool compressed = true;     // Typical parts take fewer bytes than their samples.
+  bool widens_bits = false;   // kBit takes 8 bits a voxel.
+  bool has_alpha = false;     // Takes SampleImage::inside, and that of kChannel alone.
   bool takes_window = false;  // Of pictures, and doesn't need the samples outside.
 
   /// Samples of occupancies, masks and channels, and what to ask for instead of other types.

@@ -78,7 +78,7 @@ struct SampleImage {
   SampleType type = SampleType::kBit;
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::span<const std::uint8_t> samples;  // Of all of the picture, or of its window.
+  std::span<const std::uint8_t> samples;            // Of all of the picture, or of its window.
   std::span<const std::string> channel_names = {};  // One a sample of a voxel; none: one sample without a name.
   PixelPitch pitch = {};
   std::span<const std::uint8_t> inside = {};  // For encodings with alpha: which voxels are, laid out as kBit.

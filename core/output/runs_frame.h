@@ -36,8 +36,8 @@ enum class RunsCoding : std::uint8_t {
 class RunsEncoder {
  public:
   /// `coding`: kPacked for numbers of materials and regions, kConstant where all samples inside are equal; else
-  /// coding_of() the type. REQUIRES: image.spans are its voxels inside, in its window; all others have image.outside. Throws
-  /// Error{kCancelled, kInternal}.
+  /// coding_of() the type. REQUIRES: image.spans are its voxels inside, in its window; all others have image.outside.
+  /// Throws Error{kCancelled, kInternal}.
   [[nodiscard]] std::vector<std::uint8_t> frame(const SampleImage& image, RunsCoding coding, ZstdEncoder& zstd,
                                                 const CancellationToken& cancel);
 

@@ -78,8 +78,8 @@ void LayerPainter::mix(PreviewPicture& picture, const CancellationToken& cancel)
     const PaintedPart& part = painted[left - 1];
     MixedPixels& mixed = parts.emplace_back(MixedPixels{part.halftone, {}, {}});
     for (const ContonePlane& plane : part.mixed) {
-      const auto samples =
-          arrange(plane.image().samples, plane.image().outside, {part.window, region, {}}, cropped.emplace_back(), cancel);
+      const auto samples = arrange(plane.image().samples, plane.image().outside, {part.window, region, {}},
+                                   cropped.emplace_back(), cancel);
       mixed.values.push_back({SampleType::kFloat32, region.columns, region.rows, samples});
     }
     const auto add = [&](const VoxelRun& run, std::size_t mixture) {

@@ -35,8 +35,8 @@ class HalftonePass {
   explicit HalftonePass(const HalftonePlan& plan);
 
   /// `spans`: voxels inside, as rasterize() yields them. `channels`: planes of kFloat32 of the window, of
-  /// channels_of(plan.printing()) in that order. Error diffusion REQUIRES a window of all that is inside, from the first row on.
-  /// Throws Error{kCancelled}, and of strict maps Error{kFractionsOutOfRange}.
+  /// channels_of(plan.printing()) in that order. Error diffusion REQUIRES a window of all that is inside, from the
+  /// first row on. Throws Error{kCancelled}, and of strict maps Error{kFractionsOutOfRange}.
   void run(const Place& place, std::span<const VoxelRun> spans, std::span<const ContonePlane> channels,
            const CancellationToken& cancel);
   /// Each voxel by its cell region's map. `runs`: as find_regions() yields them.

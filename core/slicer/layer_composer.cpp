@@ -177,8 +177,8 @@ void LayerComposer::count() {
 
 Layer LayerComposer::finish(const CancellationToken& cancel) {
   if (only_) {
-    layer_.planes =
-        encode({only_->window, only_->shape->spans, only_->shape->regions, only_->planes, only_->materials.indices}, cancel);
+    layer_.planes = encode(
+        {only_->window, only_->shape->spans, only_->shape->regions, only_->planes, only_->materials.indices}, cancel);
     return std::move(layer_);
   }
   count();

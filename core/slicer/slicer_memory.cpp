@@ -85,19 +85,6 @@ double plane_bytes(const PlaneSpec& plane, const LayerWindow& window) {
   return static_cast<double>(sample_bytes(plane.sample_type, window.columns, window.rows, channel_count(plane)));
 }
 
-/// The columns and rows that the part may be in.
-LayerWindow window_of_part(const PlacedPart& part) {
-  const Box3 box = part.solid->summary().bounding_box.transformed(voxel_of_mesh(part.job.placement, part.job.grid));
-  const GridExtent& extent = part.job.grid.extent;
-  const auto within = [](double place, std::uint32_t end) {
-    return static_cast<std::uint32_t>(std::clamp<double>(place, 0, end));
-  };
-  const std::uint32_t column = within(std::floor(box.min().x()), extent.columns);
-  const std::uint32_t row = within(std::floor(box.min().y()), extent.rows);
-  return {column, row, within(std::ceil(box.max().x()) + 1, extent.columns) - column,
-          within(std::ceil(box.max().y()) + 1, extent.rows) - row};
-}
-
 /// Samples of channels and materials, of the window that a part is in.
 double painted_bytes(const SliceJob& job, const LayerWindow& window) {
   double bytes = shows_materials(job) ? voxels_of(window) : 0;
@@ -282,7 +269,8 @@ SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& can
   const double channels = static_cast<double>(std::ranges::count_if(
       all_channels(job), [&](const PlaneSpec& plane) { return of_solid.find(plane.channel).has_value(); }));
   const bool interpolates = channels > 0 && job.channel_tolerance != 0.0;
-  double shared = boundary.faces * 2 * sizeof(Box3), slicer = painted_bytes(job, common_window(window_of_part(part), scope.window));
+  double shared = boundary.faces * 2 * sizeof(Box3),
+         slicer = painted_bytes(job, common_window(window_of_solid(solid->summary(), job), scope.window));
   slicer += contour_bytes(boundary, job, scope, interpolates ? kSlabLayers : 1);
   if (channels > 0) slicer += kPatchesOfInverter;
   std::optional<bool> tiles_fit;
@@ -352,9 +340,8 @@ SlicerMemory slicer_memory(const PlacedParts& parts, const CancellationToken& ca
   }
   const SliceJob& job = parts.front().job;
   const LayerWindow region = region_of(job).window();
-  const double composed = parts.size() == 1
-                              ? encoded_bytes(job, window_of_part(parts.front()))
-                              : encoded_bytes(job, region) + painted_bytes(job, region);
+  const double composed = parts.size() == 1 ? encoded_bytes(job, window_of_solid(parts.front().solid->summary(), job))
+                                            : encoded_bytes(job, region) + painted_bytes(job, region);
   memory.slicer_bytes += static_cast<std::uint64_t>(composed);
   return memory;
 }

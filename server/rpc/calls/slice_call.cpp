@@ -91,7 +91,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
   /// What the slicers need, one of them at least, and the window's share of the memory of all streams: what the layers
   /// need, one of them at least. How much contours need isn't known before.
   bool reserve() override {
-    const std::uint64_t one = std::max(layer_bytes(job()), kMinStreamWindowBytes);
+    const std::uint64_t one = std::max(most_layer_bytes(parts_), kMinStreamWindowBytes);
     const std::uint64_t all = one * range_.count;
     const std::uint64_t most = state_.options.stream_window_bytes;
     MemoryBudget::Share scratch(state_.scratch);
@@ -120,7 +120,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
         std::move(prototype), memory_, std::move(scratch_),
         SlicerSource::Limits{.left_bytes = bytes_left(scratch_bytes()),
                              .is_crowded = [&admission = state_.admission] { return admission.wants_memory(); }});
-    StreamWindow window = choose_window(layer_bytes(job()), share_.bytes(), state_.executor.threads());
+    StreamWindow window = choose_window(most_layer_bytes(parts_), share_.bytes(), state_.executor.threads());
     const std::uint32_t all_slabs = window.window_slabs;
     if (summary_.layers() > 0) window.window_slabs = 1;  // Its client may stop again soon.
     auto stream = LayerStream::start(

@@ -215,6 +215,8 @@ INSTANTIATE_TEST_SUITE_P(
         Spoiled{"HalftonesTooLarge",
                 [](SliceJob& job) {
                   job.grid.extent = {16384, 16384, 1};
+                  job.grid.pitch.x_mm = job.grid.pitch.y_mm = 1e-4;
+                  job.placement.linear() *= 2;
                   job.planes.resize(1);
                   job.printing = Printing{.materials = {{"a", 1}, {"b", 2}}, .map = {}, .halftone = {}};
                   job.printing->map.kind = DirectMap{{{"stiffness", 1}, {"colour", 2}}, 0};
