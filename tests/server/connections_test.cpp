@@ -6,12 +6,14 @@
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <openssl/ssl.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <iterator>
 #include <list>
@@ -22,6 +24,8 @@
 
 #include "server/rpc/server/health_client.h"
 #include "server/service/network/listen_socket.h"
+#include "tests/server/service/http2_bytes.h"
+#include "tests/server/service/test_certificates.h"
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
 
@@ -49,9 +53,12 @@ class BareConnection {
     EXPECT_EQ(connect(socket_.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
   }
 
-  void send(const std::string& bytes) {
-    EXPECT_EQ(write(socket_.get(), bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
+  void send(const std::string& bytes) { EXPECT_TRUE(sends(bytes)); }
+  /// False once the server has closed it.
+  bool sends(const std::string& bytes) {
+    return ::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
   }
+  int descriptor() const { return socket_.get(); }
   /// Reads what comes until the server closes the connection. Whether it does so in time.
   bool is_closed_within(std::chrono::milliseconds limit) {
     const auto end = std::chrono::steady_clock::now() + limit;
@@ -68,39 +75,36 @@ class BareConnection {
   Descriptor socket_;
 };
 
-std::string frame(char kind, char flags, char stream, const std::string& payload) {
-  return std::string{static_cast<char>(payload.size() >> 16),
-                     static_cast<char>(payload.size() >> 8),
-                     static_cast<char>(payload.size()),
-                     kind,
-                     flags,
-                     '\0',
-                     '\0',
-                     '\0',
-                     stream} +
-         payload;
-}
+/// The same, by TLS.
+class TlsConnection {
+ public:
+  explicit TlsConnection(const std::string& address) : connection_(address) {
+    SSL_set_fd(session_.get(), connection_.descriptor());
+    const std::string protocols = "\x02h2";
+    SSL_set_alpn_protos(session_.get(), reinterpret_cast<const unsigned char*>(protocols.data()), 3);
+    EXPECT_EQ(SSL_connect(session_.get()), 1);
+  }
 
-constexpr char kData = 0, kHeaders = 1, kReset = 3;
+  void send(const std::string& bytes) {
+    EXPECT_EQ(SSL_write(session_.get(), bytes.data(), static_cast<int>(bytes.size())), static_cast<int>(bytes.size()));
+  }
+  bool is_closed_within(std::chrono::milliseconds limit) { return connection_.is_closed_within(limit); }
 
-std::string literal(const std::string& name, const std::string& value) {
-  return "\0"s + static_cast<char>(name.size()) + name + static_cast<char>(value.size()) + value;
-}
-
-const std::string kGreeting = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + frame(4, 0, 0, "");
+ private:
+  using Context = std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)>;
+  using Session = std::unique_ptr<SSL, decltype(&SSL_free)>;
+  BareConnection connection_;
+  Context context_{SSL_CTX_new(TLS_client_method()), SSL_CTX_free};
+  Session session_{SSL_new(context_.get()), SSL_free};
+};
 
 /// How a call begins.
-std::string headers_of(char stream, const std::string& path) {
-  return frame(kHeaders, 4, stream,
-               literal(":method", "POST") + literal(":scheme", "http") + literal(":path", path) +
-                   literal(":authority", "server") + literal("te", "trailers") +
-                   literal("content-type", "application/grpc"));
+std::string headers_of(std::uint32_t stream, const std::string& path) {
+  return frame(kHeaders, kEndHeaders, stream, request_list(path));
 }
-std::string headers(char stream, const std::string& method) {
+std::string headers(std::uint32_t stream, const std::string& method) {
   return headers_of(stream, "/ccslice.v1.SlicerService/" + method);
 }
-
-std::string reset(char stream) { return frame(kReset, 0, stream, "\0\0\0\b"s); }
 
 std::size_t threads_of_process() {
   const std::filesystem::directory_iterator all("/proc/self/task");
@@ -108,7 +112,7 @@ std::size_t threads_of_process() {
 }
 
 /// A request that says it has 1 MB, and 32 KB of it.
-std::string half_a_request(char stream = 1) {
+std::string half_a_request(std::uint32_t stream = 1) {
   const std::string part = frame(kData, 0, stream, std::string(16'000, 'x'));
   return headers(stream, "GetMesh") + frame(kData, 0, stream, "\0\0\x10\0\0"s) + part + part;
 }
@@ -145,8 +149,8 @@ TEST(Connections, TakeNoThreadForEachStreamOfReflection) {
   const std::size_t before = threads_of_process();
   BareConnection bare(server.server().address());
   bare.send(kGreeting);
-  for (int stream = 1; stream < 127; stream += 2) {
-    bare.send(headers_of(static_cast<char>(stream), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"));
+  for (std::uint32_t stream = 1; stream < 127; stream += 2) {
+    bare.send(headers_of(stream, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"));
   }
   EXPECT_FALSE(eventually([&] { return threads_of_process() > before + 24; }, 2s)) << "of 63 streams";
   EXPECT_TRUE(ask(server.stub()).ok());
@@ -162,9 +166,8 @@ TEST(Connections, ToHealthTakeNoThreadForEachStreamOfReflectionEither) {
   for (int i = 0; i < 8; ++i) {
     BareConnection& bare = connections.emplace_back(server.server().health_address());
     bare.send(kGreeting);
-    for (int stream = 1; stream < 31; stream += 2) {
-      bare.send(
-          headers_of(static_cast<char>(stream), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"));
+    for (std::uint32_t stream = 1; stream < 31; stream += 2) {
+      bare.send(headers_of(stream, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"));
     }
   }
   EXPECT_FALSE(eventually([&] { return threads_of_process() > before + 24; }, 2s)) << "of 120 streams";
@@ -241,6 +244,66 @@ TEST(Connections, WithRequestsThatDontComeInWholeAreFewAlsoWhereACallIsOpenOnEac
   points->WritesDone();
   EXPECT_TRUE(points->Finish().ok());
   EXPECT_TRUE(ask(server.stub()).ok());
+}
+
+/// Sends a list of headers that goes on and on. How many bytes the server takes of it, up to 20 MB.
+std::size_t taken_of_endless_list(const std::string& address, const std::string& first) {
+  BareConnection bare(address);
+  bare.send(kGreeting + frame(kHeaders, 0, 1, request_list("/ccslice.v1.SlicerService/GetServerInfo") + first));
+  const std::string more = frame(kContinuation, 0, 1, std::string(4000, '\xbe'));
+  std::size_t taken = 0;
+  while (taken < (20 << 20) && bare.sends(more)) taken += more.size();
+  return taken;
+}
+
+/// What the system keeps of a connection before it is closed.
+constexpr std::size_t kInSockets = 10 << 20;
+
+TEST(Connections, WithHeadersThatBecomeManyAreClosed) {
+  ServerOptions options = test_options();
+  options.health_address = "127.0.0.1:0";
+  TestServer server(options);
+  ASSERT_TRUE(ask(server.stub()).ok());
+  const std::size_t before = resident_bytes();
+  for (const std::string& address : {server.server().address(), server.server().health_address()}) {
+    for (const std::string& kept : {literal(std::string(3900, 'x'), "", kKept),
+                                    literal("x", std::string(3900, 'y'), kKept), literal("x", "", kKept)}) {
+      EXPECT_LT(taken_of_endless_list(address, kept), kInSockets);
+    }
+  }
+  if (!kKeepsFreedMemory) {
+    EXPECT_LT(resident_bytes(), before + (32 << 20));
+  }
+  EXPECT_TRUE(ask(server.stub()).ok());
+}
+
+TEST(Connections, WithHeadersThatBecomeManyAreClosedBehindTlsToo) {
+  const TestCertificates certificates;
+  certificates.make("one", "localhost");
+  ServerOptions options = test_options();
+  options.tls = {
+      .certificate = certificates.path("one.pem"), .key = certificates.path("one.key"), .client_authority = {}};
+  TestServer server(options);
+  TlsConnection honest(server.server().address()), bad(server.server().address());
+  const std::string list = request_list("/ccslice.v1.SlicerService/GetServerInfo");
+  const std::string kept = literal(std::string(3900, 'x'), "", kKept);
+  honest.send(kGreeting + frame(kHeaders, kEndHeaders, 1, list + kept) + frame(kData, 1, 1, std::string(5, '\0')));
+  bad.send(kGreeting + frame(kHeaders, kEndHeaders, 1, list + kept) +
+           frame(kHeaders, kEndHeaders, 3, list + std::string(100, '\xbe')));
+  EXPECT_TRUE(bad.is_closed_within(5s));
+  EXPECT_FALSE(honest.is_closed_within(500ms));
+}
+
+TEST(Connections, ThatBeginCallsFasterThanTheyEndAreClosed) {
+  ServerOptions options = test_options();
+  options.max_connection_streams = 10;
+  TestServer server(options);
+  std::string calls = kGreeting;
+  for (std::uint32_t stream = 1; stream < 200; stream += 2) calls += headers(stream, "GetServerInfo") + reset(stream);
+  BareConnection bare(server.server().address());
+  bare.send(calls);
+  EXPECT_TRUE(bare.is_closed_within(5s));
+  for (int i = 0; i < 200; ++i) EXPECT_TRUE(ask(server.stub()).ok()) << i;
 }
 
 TEST(Connections, OverAUnixSocketAreServed) {

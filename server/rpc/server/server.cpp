@@ -157,8 +157,10 @@ Server::HealthServer::HealthServer(const std::string& address)
     : listener(address, {.connections = kHealthConnections,
                          .per_address = kHealthConnections,
                          .idle = std::chrono::minutes(10),
-                         .arriving = {}}) {
+                         .arriving = {},
+                         .streams = kHealthStreams}) {
   grpc::ServerBuilder builder;
+  builder.experimental().SetInterceptorCreators(count_calls(listener.connections()));
   acceptor = builder.experimental().AddExternalConnectionAcceptor(
       grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, grpc::InsecureServerCredentials());
   grpc::ResourceQuota quota("health");

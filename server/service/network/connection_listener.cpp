@@ -27,13 +27,19 @@ using namespace std::chrono_literals;
 /// What the server itself may open while it serves: gRPC's polls and events, files of its libraries.
 constexpr std::size_t kReservedDescriptors = 64;
 /// That long the listener takes nothing in, too, where files or memory run short.
-constexpr auto kBetweenSweeps = 50ms;
+constexpr auto kBetweenSweeps = 50ms, kBetweenTurns = 50ms;
 constexpr auto kBetweenReports = 10s;
 constexpr auto kUntilCallsShow = 250ms;
 /// Of one socket at a time, so that others have their turn.
 constexpr int kAcceptedAtOnce = 64;
 
 Descriptor open_spare() { return Descriptor(open("/dev/null", O_RDONLY | O_CLOEXEC)); }
+
+/// The other end sends no more.
+bool has_left(const Descriptor& connection) {
+  pollfd wait{.fd = connection.get(), .events = POLLRDHUP, .revents = 0};
+  return poll(&wait, 1, 0) == 1;
+}
 
 bool is_shortage(int error) { return error == EMFILE || error == ENFILE; }
 bool is_shortage_of_memory(int error) { return error == ENOBUFS || error == ENOMEM; }
@@ -72,8 +78,9 @@ void ConnectionListener::run() {
   for (;;) {
     const std::vector<int> ready = wait_for_connections();
     if (std::ranges::find(ready, stop_event_.get()) != ready.end()) return;
-    resting_ = crowded_ = false;
+    resting_ = false;
     for (const int listener : ready) accept_waiting(listener);
+    hand_over_waiting();
     sweep();
     report_refusals();
   }
@@ -81,9 +88,8 @@ void ConnectionListener::run() {
 
 std::vector<int> ConnectionListener::wait_for_connections() const {
   std::vector<pollfd> waits = {{.fd = stop_event_.get(), .events = POLLIN, .revents = 0}};
-  const bool rests = resting_ || crowded_;
   for (const Descriptor& socket : sockets_.descriptors()) {
-    if (!rests) waits.push_back({.fd = socket.get(), .events = POLLIN, .revents = 0});
+    if (!resting_) waits.push_back({.fd = socket.get(), .events = POLLIN, .revents = 0});
   }
   std::vector<int> ready;
   if (poll(waits.data(), waits.size(), std::chrono::milliseconds(kBetweenSweeps).count()) <= 0) return ready;
@@ -100,10 +106,7 @@ void ConnectionListener::accept_waiting(int listener) {
     Descriptor connection(
         accept4(listener, reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (connection) {
-      if (!take(std::move(connection), address) || !is_crowded_ || !is_crowded_(count_just_taken())) continue;
-      crowded_ = true;
-      ++slowed_;
-      return;  // Other sockets have one each, too.
+      take(std::move(connection), address);
     } else if (is_shortage(errno)) {
       if (!refuse_with_spare(listener)) return;
     } else if (is_shortage_of_memory(errno)) {
@@ -114,17 +117,50 @@ void ConnectionListener::accept_waiting(int listener) {
   }
 }
 
-bool ConnectionListener::take(Descriptor connection, const sockaddr_storage& address) {
+void ConnectionListener::take(Descriptor connection, const sockaddr_storage& address) {
   const std::optional<Peer> peer = peer_of(address);
-  switch (table_.add(connection.get(), peer, std::chrono::steady_clock::now())) {
-    case ConnectionVerdict::kTooMany: ++refused_; return false;
-    case ConnectionVerdict::kTooManyOfAddress: ++refused_of_address_; return false;
+  const auto guard = std::make_shared<FrameGuard>(peer ? limits_.streams : 0);  // Calls don't tell their Unix socket.
+  switch (table_.add(connection.get(), peer, std::chrono::steady_clock::now(), guard)) {
+    case ConnectionVerdict::kTooMany: ++refused_; return;
+    case ConnectionVerdict::kTooManyOfAddress: ++refused_of_address_; return;
     case ConnectionVerdict::kTaken: break;
   }
+  if (!peer) return hand_over({std::move(connection), guard});
   const int on = 1;
-  if (peer) (void)setsockopt(connection.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  hand_over_(connection.release());
-  return peer.has_value();
+  (void)setsockopt(connection.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  std::deque<Waiting>& others = waiting_[peer->site()];
+  if (others.empty()) turns_.push_back(peer->site());
+  others.push_back({std::move(connection), guard});
+}
+
+void ConnectionListener::hand_over(Waiting waiting) {
+  const GuardedSessions sessions(waiting.guard);
+  hand_over_(waiting.connection.release());
+}
+
+void ConnectionListener::hand_over_waiting() {
+  while (!turns_.empty() && std::chrono::steady_clock::now() >= crowded_until_) {
+    Waiting next = next_waiting();
+    if (has_left(next.connection)) continue;
+    hand_over(std::move(next));
+    if (!is_crowded_ || !is_crowded_(count_just_taken())) continue;
+    crowded_until_ = std::chrono::steady_clock::now() + kBetweenTurns;
+    ++slowed_;
+  }
+}
+
+ConnectionListener::Waiting ConnectionListener::next_waiting() {
+  const Site site = turns_.front();
+  turns_.pop_front();
+  const auto of_site = waiting_.find(site);
+  Waiting next = std::move(of_site->second.front());
+  of_site->second.pop_front();
+  if (of_site->second.empty()) {
+    waiting_.erase(of_site);
+  } else {
+    turns_.push_back(site);
+  }
+  return next;
 }
 
 /// One more, with those of the last quarter of a second at least: by then calls that they begin have taken memory.
@@ -160,23 +196,38 @@ void ConnectionListener::sweep() {
     spdlog::warn("dropped {} connections whose requests didn't arrive in whole (--idle-timeout)", dropped.arriving);
   }
   dropped_greedy_ += dropped.greedy;
+  dropped_of_headers_ += dropped.headers;
+  dropped_of_calls_ += dropped.calls;
 }
 
 /// Once for many: whoever floods the server must not flood its log.
 void ConnectionListener::report_refusals() {
   const std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now();
   if (now - reported_ < kBetweenReports) return;
-  if (slowed_ + refused_ + refused_of_address_ + refused_without_descriptor_ + dropped_greedy_ == 0) return;
+  if (slowed_ + dropped_of_headers_ + dropped_of_calls_ + refused_ + refused_of_address_ + refused_without_descriptor_ +
+          dropped_greedy_ ==
+      0)
+    return;
   reported_ = now;
   if (slowed_ > 0) {
-    spdlog::warn("took {} connections one by one: memory would run short if all of them began calls at once (--memory)",
-                 std::exchange(slowed_, 0));
+    spdlog::warn(
+        "took {} connections one by one, each address in turn: memory would run short if all of them began calls at "
+        "once (--memory)",
+        std::exchange(slowed_, 0));
   }
   if (dropped_greedy_ > 0) {
     spdlog::warn(
         "dropped {} connections over which too much came of requests that weren't whole "
         "(--connection-budget-bytes)",
         std::exchange(dropped_greedy_, 0));
+  }
+  if (dropped_of_headers_ > 0) {
+    spdlog::warn("dropped {} connections whose headers aren't HTTP/2's, or come to more than {} bytes with {} for each",
+                 std::exchange(dropped_of_headers_, 0), HeaderSizes::kMostBytes, HeaderSizes::kHeaderBytes);
+  }
+  if (dropped_of_calls_ > 0) {
+    spdlog::warn("dropped {} connections that began calls faster than they end (--max-connection-streams)",
+                 std::exchange(dropped_of_calls_, 0));
   }
   if (refused_ > 0) {
     spdlog::warn("refused {} connections: {} are open (--max-connections)", std::exchange(refused_, 0), table_.size());

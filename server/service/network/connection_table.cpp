@@ -117,7 +117,8 @@ std::optional<Peer> parse_peer(const std::string& text) {
   return std::nullopt;
 }
 
-ConnectionVerdict ConnectionTable::add(int descriptor, const std::optional<Peer>& peer, Clock::time_point now) {
+ConnectionVerdict ConnectionTable::add(int descriptor, const std::optional<Peer>& peer, Clock::time_point now,
+                                       const std::shared_ptr<FrameGuard>& guard) {
   struct stat file {};
   fstat(descriptor, &file);
   const std::lock_guard lock(mutex_);
@@ -141,7 +142,10 @@ ConnectionVerdict ConnectionTable::add(int descriptor, const std::optional<Peer>
                               .peer = peer,
                               .idle_since = now,
                               .served = now,
-                              .whole = now};
+                              .whole = now,
+                              .guard = guard};
+  connections_[descriptor].reads =
+      std::make_unique<GuardedReads>(descriptor, limits_.encrypted ? nullptr : guard);  // GuardedSessions see others.
   descriptors_[last_id_] = descriptor;
   if (peer) {
     ids_[*peer] = last_id_;
@@ -179,6 +183,7 @@ void ConnectionTable::end_call(ConnectionId id, Clock::time_point now, bool serv
   const auto descriptor = descriptors_.find(id);
   if (descriptor == descriptors_.end()) return;
   Connection& connection = connections_.at(descriptor->second);
+  connection.guard->note_end();
   --connection.calls;
   connection.slicer_calls -= kind == CallKind::kSlicer ? 1 : 0;
   connection.idle_since = now;
@@ -195,7 +200,7 @@ ConnectionTable::Dropped ConnectionTable::sweep(Clock::time_point now) {
     looked_closely_at_ = now;
     forget_left(now);
   }
-  Dropped dropped;
+  Dropped dropped = std::exchange(left_, {});
   for (auto& [descriptor, connection] : connections_) {
     drop_if_due(descriptor, connection, now, looks_closely, dropped);
   }
@@ -235,6 +240,9 @@ void ConnectionTable::forget_left(Clock::time_point now) {
 ConnectionTable::Connections::iterator ConnectionTable::forget(Connections::iterator connection) {
   const ConnectionId id = connection->second.id;
   const std::optional<Peer> peer = connection->second.peer;
+  const FrameGuard::Fault fault = connection->second.guard->fault();
+  left_.headers += fault == FrameGuard::Fault::kHeaders ? 1 : 0;
+  left_.calls += fault == FrameGuard::Fault::kCalls ? 1 : 0;
   descriptors_.erase(id);
   if (peer) {
     ids_.erase(*peer);

@@ -18,11 +18,14 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
+
+#include "server/service/network/guarded_reads.h"
 
 namespace ccslice::server {
 
@@ -47,6 +50,8 @@ struct ConnectionLimits {
   std::chrono::milliseconds idle{0};      // Without a call for so long: dropped. 0: never.
   std::chrono::milliseconds arriving{0};  // After much has come that asks for nothing yet: dropped. 0: never.
   std::uint64_t arriving_bytes = 0;       // Come over all together of what isn't whole: beyond it, dropped. 0: any.
+  std::size_t streams = 0;                // Calls that are open on one at the same time. 0: any number.
+  bool encrypted = false;                 // By TLS, by whoever serves them.
 };
 
 enum class ConnectionVerdict { kTaken, kTooMany, kTooManyOfAddress };
@@ -60,8 +65,9 @@ class ConnectionTable {
 
   explicit ConnectionTable(const ConnectionLimits& limits) : limits_(limits) {}
 
-  /// `descriptor` is about to be handed over, if it is taken.
-  ConnectionVerdict add(int descriptor, const std::optional<Peer>& peer, Clock::time_point now);
+  /// `descriptor` is about to be handed over, if it is taken: to somebody who reads what the guard lets pass.
+  ConnectionVerdict add(int descriptor, const std::optional<Peer>& peer, Clock::time_point now,
+                        const std::shared_ptr<FrameGuard>& guard);
 
   /// Whose call it is: the slicer's, or of what gRPC serves besides, health and reflection, whose clients lose nothing
   /// if they have to call again.
@@ -75,6 +81,7 @@ class ConnectionTable {
 
   struct Dropped {
     std::size_t idle = 0, arriving = 0, greedy = 0;
+    std::size_t headers = 0, calls = 0;  // By their guards.
   };
   /// Forgets connections that have left, and shuts down those whose time is up: whoever serves them closes them then.
   /// It shuts down those, too, over which most has come of messages that aren't whole, whatever calls are open on them,
@@ -110,6 +117,8 @@ class ConnectionTable {
     std::int64_t known_bytes = 0;     // Of all messages that came in whole, and of the headers of all calls.
     std::optional<Clock::time_point> arriving_since{};  // Much has come since then that asks for nothing.
     bool dropped = false;
+    std::shared_ptr<FrameGuard> guard{};
+    std::unique_ptr<GuardedReads> reads{};
   };
   using Connections = std::unordered_map<int, Connection>;  // By their descriptors.
 
@@ -137,6 +146,7 @@ class ConnectionTable {
   Clock::time_point looked_at_;          // For those that have left,
   Clock::time_point looked_closely_at_;  // and for what arrives for too long.
   std::size_t looks_ = 0;                // For what arrives.
+  Dropped left_;                         // By their guards, since the last sweep.
 };
 
 }  // namespace ccslice::server

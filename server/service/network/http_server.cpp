@@ -9,6 +9,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <functional>
@@ -27,9 +28,10 @@ using std::chrono::steady_clock;
 constexpr std::size_t kHttpThreads = 8;
 /// Of a connection, from the first byte it may send to the last of its answer.
 constexpr auto kHttpPatience = std::chrono::seconds(2);
-constexpr std::size_t kMostHttpBytes = 4096;
+constexpr std::size_t kMostHttpBytes = 4096, kMostRequestBytes = 16 << 10;
 
-/// A connection that ends at a deadline, however slowly its bytes come or go. httplib's own patience is for one byte.
+/// A connection that ends at a deadline, however slowly its bytes come or go, and where more of them come than a
+/// request may have: httplib's own patience is for one byte, and it takes any number of headers.
 class TimedStream final : public httplib::Stream {
  public:
   explicit TimedStream(int socket) : socket_(socket), end_(steady_clock::now() + kHttpPatience) {}
@@ -37,7 +39,9 @@ class TimedStream final : public httplib::Stream {
   bool is_readable() const override { return wait_for(POLLIN); }
   bool is_writable() const override { return wait_for(POLLOUT); }
   ssize_t read(char* to, std::size_t size) override {
-    return is_readable() ? ::recv(socket_, to, size, MSG_DONTWAIT) : -1;
+    const ssize_t read = is_readable() ? ::recv(socket_, to, std::min(size, left_), MSG_DONTWAIT) : -1;
+    left_ -= static_cast<std::size_t>(std::max<ssize_t>(read, 0));
+    return read;
   }
   /// All, or -1.
   ssize_t write(const char* from, std::size_t size) override {
@@ -75,6 +79,7 @@ class TimedStream final : public httplib::Stream {
 
   const int socket_;
   const steady_clock::time_point end_;
+  std::size_t left_ = kMostRequestBytes;
 };
 
 /// Answers one request of each connection.

@@ -437,7 +437,9 @@ ConnectionLimits connection_limits(const ServerOptions& options, std::size_t des
                           .per_address = std::min(options.max_connections_per_address, options.max_connections),
                           .idle = options.connection_idle,
                           .arriving = options.idle_timeout,
-                          .arriving_bytes = options.connection_budget_bytes / 4};  // gRPC refuses calls at its end.
+                          .arriving_bytes = options.connection_budget_bytes / 4,  // gRPC refuses calls at its end.
+                          .streams = options.max_connection_streams,
+                          .encrypted = !options.tls.certificate.empty()};
   // gRPC itself ends idle connections, politely. It takes for a call, and leaves, a request that never comes in whole.
   constexpr std::chrono::seconds kGrace{5};
   if (limits.idle.count() > 0) limits.idle += kGrace;

@@ -3,10 +3,11 @@
 """HTTP/2 as no library would speak it (RFC 9113): half-sent requests, streams that are reset at once."""
 
 import socket
+import ssl
 import struct
 import time
 
-_DATA, _HEADERS, _RST_STREAM, _SETTINGS, _PING, _GOAWAY, _WINDOW_UPDATE = 0, 1, 3, 4, 6, 7, 8
+_DATA, _HEADERS, _RST_STREAM, _SETTINGS, _PING, _GOAWAY, _WINDOW_UPDATE, _CONTINUATION = 0, 1, 3, 4, 6, 7, 8, 9
 _END_STREAM, _END_HEADERS, _ACK = 1, 4, 1
 _PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
 _CANCEL = 8
@@ -17,20 +18,35 @@ def frame(kind, flags, stream, payload=b""):
     return struct.pack(">I", len(payload))[1:] + struct.pack(">BBI", kind, flags, stream) + payload
 
 
-def _literal(name, value):
-    """A header that no table keeps, without Huffman's code (RFC 7541, 6.2.2)."""
-    assert len(name) < 127 and len(value) < 127
-    return b"\0" + bytes([len(name)]) + name.encode() + bytes([len(value)]) + value.encode()
+def _number(number, mask):
+    """In as many bits as the mask has, and further bytes (RFC 7541, 5.1)."""
+    if number < mask:
+        return bytes([number])
+    more, number = bytearray([mask]), number - mask
+    while number >= 128:
+        more.append(number & 127 | 128)
+        number >>= 7
+    return bytes(more) + bytes([number])
+
+
+def literal(name, value, kept=False):
+    """A header without Huffman's code, which the dynamic table keeps or no table does (RFC 7541, 6.2)."""
+    return (b"\x40" if kept else b"\0") + b"".join(
+        _number(len(text), 127) + text for text in (name.encode(), value.encode()))
 
 
 def request_headers(method, authority="localhost", more=()):
-    return b"".join(_literal(*each) for each in [
+    return b"".join(literal(*each) for each in [
         (":method", "POST"), (":scheme", "http"), (":path", "/ccslice.v1.SlicerService/" + method),
         (":authority", authority), ("te", "trailers"), ("content-type", "application/grpc"), *more])
 
 
-def headers_frame(stream, block):
-    return frame(_HEADERS, _END_HEADERS, stream, block)
+def headers_frame(stream, block, ends=True):
+    return frame(_HEADERS, _END_HEADERS if ends else 0, stream, block)
+
+
+def continuation_frame(stream, block, ends=False):
+    return frame(_CONTINUATION, _END_HEADERS if ends else 0, stream, block)
 
 
 def reset_frame(stream):
@@ -44,15 +60,21 @@ def data_frame(stream, payload, last=False):
 class Connection:
     """Sends what it is told, within the windows that the server grants."""
 
-    def __init__(self, address, source=None):
+    def __init__(self, address, source=None, tls=False, acknowledges=True):
         host, port = address.rsplit(":", 1)
         self._socket = socket.create_connection((host, int(port)), timeout=10,
                                                 source_address=(source, 0) if source else None)
+        if tls:
+            context = ssl.create_default_context()
+            context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+            context.set_alpn_protocols(["h2"])
+            self._socket = context.wrap_socket(self._socket)
         self._buffer = b""
         self._window = 65535
         self._windows = {}
         self._initial_window = 65535
         self._next_stream = 1
+        self.acknowledges = acknowledges  # The settings of the server.
         self.closed = False
         self.goaway = None  # What the server says of the end.
         self.received = {}  # Bytes of data, by stream.
@@ -135,7 +157,8 @@ class Connection:
                     for open_stream in self._windows:
                         self._windows[open_stream] += value - self._initial_window
                     self._initial_window = value
-            self.send(frame(_SETTINGS, _ACK, 0))
+            if self.acknowledges:
+                self.send(frame(_SETTINGS, _ACK, 0))
         elif kind == _PING and not flags & _ACK:
             self.send(frame(_PING, _ACK, 0, payload))
         elif kind == _DATA:

@@ -46,6 +46,15 @@ class Keeper {
     for (int i = 0; i < 500 && kept() != connections; ++i) usleep(10'000);
     return kept() == connections;
   }
+  bool keeps(const Peer& peer) {
+    const std::lock_guard lock(mutex_);
+    return std::ranges::any_of(kept_, [&](const Descriptor& each) {
+      sockaddr_storage address{};
+      socklen_t size = sizeof address;
+      getpeername(each.get(), reinterpret_cast<sockaddr*>(&address), &size);
+      return peer_of(address) == peer;
+    });
+  }
   void close_all() {
     const std::lock_guard lock(mutex_);
     kept_.clear();
@@ -83,6 +92,13 @@ inline Descriptor call_from(const std::string& source, const std::string& addres
   EXPECT_EQ(bind(socket.get(), reinterpret_cast<const sockaddr*>(&from), sizeof from), 0);
   EXPECT_EQ(connect(socket.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
   return socket;
+}
+
+inline Peer own_address(const Descriptor& socket) {
+  sockaddr_storage own{};
+  socklen_t size = sizeof own;
+  getsockname(socket.get(), reinterpret_cast<sockaddr*>(&own), &size);
+  return *peer_of(own);
 }
 
 /// Whether the other end closes, or has closed, this connection.

@@ -158,6 +158,32 @@ TEST(ConnectionListener, CountsConnectionsAsJustTakenForAWhile) {
   connect(1);
 }
 
+TEST(ConnectionListener, TakesOneOfEachAddressInTurnWhereMemoryRunsShort) {
+  Keeper keeper(limits(100, 100), "127.0.0.1:0", [](std::size_t) { return true; });
+  std::vector<Descriptor> many;
+  while (many.size() < 60) many.push_back(call_from("127.0.0.2", keeper.address()));
+  ASSERT_LT(keeper.kept(), 40u);
+  const auto begin = std::chrono::steady_clock::now();
+  const Descriptor one = call_from("127.0.0.1", keeper.address());
+  const Peer peer = own_address(one);
+  const auto is_kept = [&] { return keeper.keeps(peer); };
+  while (!is_kept() && std::chrono::steady_clock::now() - begin < 10s) usleep(1000);
+  EXPECT_TRUE(is_kept());
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 1s) << "60 turns take three";
+  EXPECT_LT(keeper.kept(), 60u);
+}
+
+TEST(ConnectionListener, LosesNoTurnToConnectionsThatHaveLeft) {
+  Keeper keeper(limits(100, 100), "127.0.0.1:0", [](std::size_t) { return true; });
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < 60; ++i) call_from("127.0.0.1", keeper.address());
+  const Descriptor last = call_from("127.0.0.1", keeper.address());
+  const Peer peer = own_address(last);
+  while (!keeper.keeps(peer) && std::chrono::steady_clock::now() - begin < 10s) usleep(1000);
+  EXPECT_TRUE(keeper.keeps(peer));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 1s) << "60 turns take three";
+}
+
 // They take no memory, and whoever waits behind them shouldn't wait for them.
 TEST(ConnectionListener, RefusesConnectionsAtOnceWhereMemoryRunsShort) {
   Keeper keeper(limits(100, 1), "127.0.0.1:0", [](std::size_t) { return true; });

@@ -26,13 +26,6 @@ void send_kib(const Descriptor& socket, std::size_t kib) {
   ASSERT_EQ(write(socket.get(), much.data(), much.size()), static_cast<ssize_t>(much.size()));
 }
 
-Peer own_address(const Descriptor& socket) {
-  sockaddr_storage own{};
-  socklen_t size = sizeof own;
-  getsockname(socket.get(), reinterpret_cast<sockaddr*>(&own), &size);
-  return *peer_of(own);
-}
-
 ConnectionLimits arriving_limits(std::size_t connections, std::size_t kib) {
   ConnectionLimits result = limits(connections, connections);
   result.arriving_bytes = kib << 10;

@@ -73,6 +73,17 @@ TEST(HttpServerTest, IgnoresRanges) {
   EXPECT_LT(answer.size(), 2000u);
 }
 
+TEST(HttpServerTest, TakesFewHeaders) {
+  const HttpServer server("127.0.0.1:0", [](const std::string&) { return HttpAnswer{.status = 200, .text = "text"}; });
+  const auto answer_to = [&](int headers) {
+    std::string request = "GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n";
+    for (int i = 0; i < headers; ++i) request += "a: b\r\n";
+    return ask_http(server.address(), request + "\r\n");
+  };
+  EXPECT_NE(answer_to(1000).find("200"), std::string::npos);
+  EXPECT_EQ(answer_to(10'000).find("200"), std::string::npos);
+}
+
 TEST(HttpServerTest, SaysThatAPortIsTaken) {
   const auto none = [](const std::string&) { return HttpAnswer{}; };
   const HttpServer server("127.0.0.1:0", none);
