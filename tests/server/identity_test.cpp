@@ -106,6 +106,48 @@ TEST_F(IdentityTest, TokensAreRenewedWhileItServes) {
   EXPECT_EQ(info(server.stub(), "fresh").code, grpc::StatusCode::OK);
 }
 
+TEST_F(IdentityTest, OpenCallsEndOnceTheirTokenIsTakenAway) {
+  TestServer server(options());
+  const auto open = [&](grpc::ClientContext& context, const std::string& token) {
+    show(context, token);
+    return server.stub().ProbePoints(&context);
+  };
+  grpc::ClientContext of_farm, of_boss;
+  const auto farm = open(of_farm, "work"), boss = open(of_boss, "rule");
+  auto& calls = server.server().state().calls;
+  ASSERT_TRUE(eventually([&] { return calls.open() == 2; }, 5s));
+  server.server().reload(/*always=*/true);
+  EXPECT_EQ(calls.open(), 2u) << "both may go on";
+
+  std::ofstream(folder_ / "tokens") << access_line("boss", "admin", "rule") << "\n";
+  server.server().reload(/*always=*/true);
+  v1::ProbePointsResponse response;
+  EXPECT_FALSE(farm->Read(&response));
+  EXPECT_EQ(failure_of(farm->Finish()).reason, "TOKEN_UNKNOWN");
+  EXPECT_TRUE(eventually([&] { return calls.open() == 1; }, 5s));
+  boss->WritesDone();
+  EXPECT_FALSE(boss->Read(&response));
+  EXPECT_TRUE(boss->Finish().ok());
+}
+
+TEST_F(IdentityTest, SlicingEndsOnceItsTokenIsTakenAwayThoughItsClientReadsNothing) {
+  write_tokens("anonymous write\n");
+  TestServer server(options());
+  const std::string id = server.upload_good(make_block(2, 10));
+  grpc::ClientContext context;
+  show(context, "work");
+  const auto reader = server.new_narrow_stub()->SliceRange(&context, slice_request(id, 0.01, 0, 200));
+  v1::SliceRangeResponse message;
+  ASSERT_TRUE(reader->Read(&message));
+  auto& calls = server.server().state().calls;
+  std::ofstream(folder_ / "tokens") << access_line("boss", "admin", "rule") << "\n";
+  server.server().reload(/*always=*/true);
+  EXPECT_TRUE(eventually([&] { return calls.open() == 0; }, 5s));
+  while (reader->Read(&message)) {
+  }
+  EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::UNAUTHENTICATED);
+}
+
 TEST_F(IdentityTest, AClientHasSoManyCalls) {
   TestServer server(options());
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;

@@ -61,7 +61,10 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
           [weak = this->weak_from_this()] {
             if (const auto open = weak.lock()) open->cut_off();
           },
-          client_);
+          client_,
+          [weak = this->weak_from_this()] {
+            if (const auto open = weak.lock()) open->check_caller();
+          });
     } catch (...) {
       return to_status(std::current_exception());
     }
@@ -235,7 +238,9 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   }
 
   /// Why the call was stopped from outside.
-  grpc::Status status_of_stop() const { return stopped_status(state_.calls.cutting_off(), deadline_passed(context_)); }
+  grpc::Status status_of_stop() const {
+    return lost_ ? to_status(refusal_) : stopped_status(state_.calls.cutting_off(), deadline_passed(context_));
+  }
 
   /// Ends the call; to be called once. The call may be gone afterwards, unless gRPC owes it an OnReadDone or
   /// OnWriteDone.
@@ -263,7 +268,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     const WaitBegin begin = begin_wait();
     start();
     arm_wait(begin);
-    if (state_.calls.cutting_off()) end_wait_for_message();
+    if (state_.calls.cutting_off() || lost_) end_wait_for_message();
   }
 
   /// Ends the call when a shutdown cuts it off. gRPC ends the waits of a call that the client cancels; here the call
@@ -272,6 +277,15 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     const auto self = this->shared_from_this();
     this->OnCancel();
     end_wait_for_message();
+  }
+
+  /// Ends the call if its client may not make it any more.
+  void check_caller() {
+    if (lost_) return;
+    refusal_ = refusal_by_now(state_.access, caller_, log_.method());
+    if (!refusal_) return;
+    lost_ = true;
+    cut_off();
   }
 
   /// From here on the call may keep them. Several count as the first one does, with the bytes of all.
@@ -285,9 +299,12 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   }
   KeptMesh kept_mesh() const override { return {kept_mesh_, kept_bytes_, client_}; }
 
-  /// A client that doesn't read can't be told why, see above.
+  /// A client that doesn't read can't be told why, see above. A shutdown cancels such calls anyway.
   void end_wait_for_message() {
-    if (!for_reader_ && end_armed_wait()) end(status_of_stop());
+    if ((for_reader_ && !lost_) || !end_armed_wait()) return;
+    const grpc::Status status = status_of_stop();
+    if (for_reader_) reset_stream(context_, status);
+    end(status);
   }
 
   bool keeps_message() const override { return for_reader_; }
@@ -308,6 +325,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   std::mutex load_mutex_;
   std::shared_ptr<MeshSetLoad> load_;
   std::atomic<bool> stopped_loading_{false};
+  std::exception_ptr refusal_;           // Why its client may not make it any more:
+  std::atomic<bool> lost_{false};        // it is there.
   std::atomic<bool> for_reader_{false};  // The wait under way, or the last one.
   std::atomic<const void*> kept_mesh_{nullptr};
   std::atomic<std::uint64_t> kept_bytes_{0};

@@ -27,6 +27,7 @@ class CallLog {
   /// trailers, as x-request-id.
   CallLog(grpc::CallbackServerContext& context, const char* method, Metrics& metrics);
 
+  const char* method() const noexcept { return method_; }
   /// By whom the call is made (access.h).
   void set_client(const std::string& client) { client_ = client; }
   /// Something to remember about the call.

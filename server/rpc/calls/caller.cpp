@@ -47,9 +47,10 @@ Role role_for(std::string_view method) {
 
 Caller caller_of(const Access& access, const grpc::CallbackServerContext& context, std::string_view method) {
   Caller caller;
-  caller.identity.client = client_of(context.peer());
+  caller.credentials = credentials_of(context);
+  caller.identity.client = caller.credentials.address;
   try {
-    caller.identity = access.identify(credentials_of(context));
+    caller.identity = access.identify(caller.credentials);
     access.require(caller.identity, role_for(method));
   } catch (const ServiceError& error) {
     caller.refusal = std::current_exception();
@@ -61,6 +62,20 @@ Caller caller_of(const Access& access, const grpc::CallbackServerContext& contex
                {"reason", std::string(reason(error.code()))}});
   }
   return caller;
+}
+
+std::exception_ptr refusal_by_now(const Access& access, const Caller& caller, std::string_view method) {
+  if (access.is_open()) return nullptr;
+  try {
+    access.require(access.identify(caller.credentials), role_for(method));
+    return nullptr;
+  } catch (const ServiceError& error) {
+    log_audit("ended", std::string(method) + " of " + caller.identity.client + ": " + std::string(reason(error.code())),
+              {{"method", std::string(method)},
+               {"client", caller.identity.client},
+               {"reason", std::string(reason(error.code()))}});
+    return std::current_exception();
+  }
 }
 
 }  // namespace ccslice::server

@@ -15,6 +15,7 @@
 namespace ccslice::server {
 
 struct Caller {
+  Credentials credentials;
   Identity identity;
   std::exception_ptr refusal;  // Why he may not.
 };
@@ -22,6 +23,9 @@ struct Caller {
 /// By his token, else by his certificate, else by his address. Refusals go to the log.
 [[nodiscard]] Caller caller_of(const Access& access, const grpc::CallbackServerContext& context,
                                std::string_view method);
+
+/// Why he may not make the call any more; null if he may.
+[[nodiscard]] std::exception_ptr refusal_by_now(const Access& access, const Caller& caller, std::string_view method);
 
 /// What a method takes. REQUIRES: a method of SlicerService.
 [[nodiscard]] Role role_for(std::string_view method);

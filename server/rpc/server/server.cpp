@@ -254,7 +254,14 @@ std::uint64_t Server::most_of_connection() const {
 }
 
 void Server::reload(bool always) {
-  if (state_.access.reload(always)) log_audit("reloaded", "tokens from " + state_.options.token_file, {});
+  constexpr auto kBetweenChecks = 5s;  // Tokens expire, too.
+  const auto now = std::chrono::steady_clock::now();
+  const bool has_new_rules = state_.access.reload(always);
+  if (has_new_rules) log_audit("reloaded", "tokens from " + state_.options.token_file, {});
+  if (has_new_rules || now - checked_ >= kBetweenChecks) {
+    checked_ = now;
+    state_.calls.check_all();
+  }
   if (certificates_ && certificates_->reload(always)) {
     log_audit("reloaded", "the certificate from " + state_.options.tls.certificate, {});
   }

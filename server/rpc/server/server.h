@@ -54,7 +54,8 @@ class Server {
   /// often than sweep().
   void relieve();
 
-  /// Takes new tokens and certificates, if their files have changed or if told so.
+  /// Takes new tokens and certificates, if their files have changed or if told so, and ends calls whose clients may not
+  /// make them any more.
   void reload(bool always);
 
   /// Health turns NOT_SERVING; calls are taken as before.
@@ -95,6 +96,7 @@ class Server {
 
   ServiceState state_;
   std::chrono::steady_clock::time_point relieved_;  // When memory ran short last.
+  std::chrono::steady_clock::time_point checked_;   // When calls looked whether their clients may still make them.
   RefusedClients refused_;
   SlicerService service_;
   ConnectionListener listener_;

@@ -40,6 +40,18 @@ Payload split(std::string_view payload) {
   return {.message = payload.substr(1, at - 1), .fields = payload.substr(at + 1)};
 }
 
+std::string json_of(const std::variant<std::string, double, std::uint64_t>& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) return '"' + to_log_json(*text) + '"';
+  if (const auto* number = std::get_if<double>(&value)) return fmt::format("{:.3f}", *number);
+  return std::to_string(std::get<std::uint64_t>(value));
+}
+
+std::string payload_of(std::string_view message, const std::vector<LogField>& fields) {
+  std::string payload = kFieldsMark + std::string(message) + kFieldsBegin;
+  for (const LogField& field : fields) payload += ",\"" + std::string(field.name) + "\":" + json_of(field.value);
+  return payload;
+}
+
 /// %F: the fields.
 class Fields final : public spdlog::custom_flag_formatter {
  public:
@@ -49,12 +61,6 @@ class Fields final : public spdlog::custom_flag_formatter {
   }
   std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<Fields>(); }
 };
-
-std::string json_of(const std::variant<std::string, double, std::uint64_t>& value) {
-  if (const auto* text = std::get_if<std::string>(&value)) return '"' + to_log_json(*text) + '"';
-  if (const auto* number = std::get_if<double>(&value)) return fmt::format("{:.3f}", *number);
-  return std::to_string(std::get<std::uint64_t>(value));
-}
 
 /// %J: the message, safe in its format.
 class SafeMessage final : public spdlog::custom_flag_formatter {
@@ -147,7 +153,7 @@ class DescriptorSink final : public spdlog::sinks::base_sink<std::mutex> {
 struct Log {
   std::shared_ptr<spdlog::details::thread_pool> queue;
   std::shared_ptr<DescriptorSink> sink;
-  std::shared_ptr<spdlog::async_logger> logger;
+  std::shared_ptr<spdlog::async_logger> logger, audit;
 };
 
 Log& current_log() {
@@ -170,20 +176,22 @@ void set_up_logging(LogLevel level, LogFormat format, int descriptor) {
       .set_pattern(json ? R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l","message":"%J"%F})"
                         : "%Y-%m-%d %H:%M:%S.%e %l: %J");
   log.logger->set_formatter(std::move(formatter));
+  log.audit = std::static_pointer_cast<spdlog::async_logger>(log.logger->clone("ccsliced"));
+  log.audit->set_level(spdlog::level::info);
   log.logger->set_level(to_spdlog(level));
   spdlog::set_default_logger(log.logger);
 }
 
 void log_with_fields(LogLevel level, std::string_view message, const std::vector<LogField>& fields) {
   if (!current_log().logger) return spdlog::log(to_spdlog(level), "{}", message);
-  std::string payload = kFieldsMark + std::string(message) + kFieldsBegin;
-  for (const LogField& field : fields) payload += ",\"" + std::string(field.name) + "\":" + json_of(field.value);
-  spdlog::log(to_spdlog(level), "{}", payload);
+  spdlog::log(to_spdlog(level), "{}", payload_of(message, fields));
 }
 
 void log_audit(const std::string& action, const std::string& message, std::vector<LogField> fields) {
   fields.insert(fields.begin(), {{"event", "audit"}, {"action", action}});
-  log_with_fields(LogLevel::kInfo, action + ": " + message, fields);
+  const auto& audit = current_log().audit;
+  if (!audit) return spdlog::info("{}: {}", action, message);
+  audit->info("{}", payload_of(action + ": " + message, fields));
 }
 
 std::uint64_t lost_log_lines() {

@@ -34,7 +34,7 @@ struct LogField {
 /// Logs a line with fields; plain lines leave them out.
 void log_with_fields(LogLevel level, std::string_view message, const std::vector<LogField>& fields);
 
-/// What who watches over the server wants to know: {"event": "audit", "action": ...}, at level info.
+/// What who watches over the server wants to know: {"event": "audit", "action": ...}, whatever the log's level.
 void log_audit(const std::string& action, const std::string& message, std::vector<LogField> fields);
 
 /// Lines that were lost so far.

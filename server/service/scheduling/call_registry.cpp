@@ -24,7 +24,8 @@ void CallRegistry::count(const std::string& client, std::size_t more) {
   counted_of_[client] += more;
 }
 
-CallRegistry::Ticket CallRegistry::open_call(std::function<void()> cut_off, const std::string& client) {
+CallRegistry::Ticket CallRegistry::open_call(std::function<void()> cut_off, const std::string& client,
+                                             std::function<void()> check) {
   std::lock_guard lock(mutex_);
   if (draining_) {
     throw ServiceError(ServiceErrorCode::kServerDraining, "the server is shutting down: use another one");
@@ -36,7 +37,7 @@ CallRegistry::Ticket CallRegistry::open_call(std::function<void()> cut_off, cons
                        kRetryDelay);
   }
   count(client, 1);
-  calls_.emplace(++opened_, Call{std::move(cut_off), client});
+  calls_.emplace(++opened_, Call{std::move(cut_off), std::move(check), client});
   return Ticket(*this, opened_);
 }
 
@@ -63,13 +64,19 @@ bool CallRegistry::wait_idle(std::chrono::steady_clock::time_point deadline) {
 
 void CallRegistry::cut_off_all() {
   cutting_off_ = true;
+  run_all(&Call::cut_off);
+}
+
+void CallRegistry::check_all() { run_all(&Call::check); }
+
+void CallRegistry::run_all(std::function<void()> Call::*function) {
   std::map<std::uint64_t, Call> calls;
   {
     std::lock_guard lock(mutex_);
     calls = calls_;
   }
   for (const auto& [number, call] : calls) {
-    if (call.cut_off) call.cut_off();
+    if (call.*function) (call.*function)();
   }
 }
 

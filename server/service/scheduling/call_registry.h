@@ -53,26 +53,31 @@ class CallRegistry {
   };
 
   /// `cut_off` stops the call, for cut_off_all(): on any thread, perhaps when the call is over already, so it keeps
-  /// alive what it needs or does without. `client`: who makes the call (client_id.h). Throws
-  /// ServiceError{kServerDraining, kServerBusy}.
-  [[nodiscard]] Ticket open_call(std::function<void()> cut_off = {}, const std::string& client = {});
+  /// alive what it needs or does without. `check`, likewise, stops it if its client may not make it any more. `client`:
+  /// who makes the call (client_id.h). Throws ServiceError{kServerDraining, kServerBusy}.
+  [[nodiscard]] Ticket open_call(std::function<void()> cut_off = {}, const std::string& client = {},
+                                 std::function<void()> check = {});
   /// Opens no more calls from now on.
   void drain();
   /// Waits until no call is open, but not beyond `deadline`. Whether none is.
   [[nodiscard]] bool wait_idle(std::chrono::steady_clock::time_point deadline);
   /// Stops all open calls. Doesn't wait for them.
   void cut_off_all();
+  /// Has all open calls look whether their clients may still make them.
+  void check_all();
   /// Whether cut_off_all() has been called: then that is why calls stop.
   bool cutting_off() const noexcept { return cutting_off_.load(); }
   std::size_t open();
 
  private:
   struct Call {
-    std::function<void()> cut_off;
+    std::function<void()> cut_off, check;
     std::string client;
     std::size_t counts = 1;
   };
 
+  /// Runs one of the functions of all, without the lock.
+  void run_all(std::function<void()> Call::*function);
   bool hold(std::uint64_t number, std::uint64_t bytes);
   void close(std::uint64_t number);
   bool has_room(const std::string& client, std::size_t more) const;

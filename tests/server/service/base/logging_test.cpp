@@ -101,6 +101,17 @@ TEST(Logging, FieldsGoIntoJsonAndNotIntoPlainLines) {
   EXPECT_EQ(lines.find("hidden"), std::string::npos);
 }
 
+TEST(Logging, WritesAuditLinesAtEveryLevel) {
+  Pipe pipe;
+  set_up_logging(LogLevel::kError, LogFormat::kJson, pipe.writer());
+  log_with_fields(LogLevel::kWarning, "not this", {});
+  log_audit("deleted", "a mesh", {{"client", "farm"}});
+  EXPECT_TRUE(flush_log(10s));
+  const std::string text = pipe.read_until("farm");
+  EXPECT_THAT(text, HasSubstr(R"("message":"deleted: a mesh","event":"audit","action":"deleted","client":"farm"})"));
+  EXPECT_EQ(text.find("not this"), std::string::npos);
+}
+
 TEST(Logging, NeverWaitsForAReaderThatStopsAndSaysWhatItLost) {
   constexpr std::size_t kThreads = 4, kLines = 3 * kLogQueueLines;
   Pipe pipe;

@@ -79,6 +79,17 @@ TEST(CallRegistry, CutsOffTheCallsThatAreOpen) {
   EXPECT_EQ(second_cuts, 1);
 }
 
+TEST(CallRegistry, HasOpenCallsLookAndLeavesThemOpen) {
+  CallRegistry registry;
+  int cuts = 0, checks = 0;
+  const CallRegistry::Ticket first = registry.open_call([&] { ++cuts; }, "client", [&] { ++checks; });
+  const CallRegistry::Ticket second = registry.open_call([&] { ++cuts; });
+  registry.check_all();
+  EXPECT_EQ(checks, 1);
+  EXPECT_EQ(cuts, 0);
+  EXPECT_FALSE(registry.cutting_off());
+}
+
 TEST(CallRegistry, ACallMayEndWhileItIsCutOff) {
   CallRegistry registry;
   CallRegistry::Ticket ticket;
