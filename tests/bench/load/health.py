@@ -58,4 +58,4 @@ def measure(job):
         begin = time.monotonic()
         healthy = subprocess.run([job.ccsliced(), "--health-check", health], stdout=subprocess.DEVNULL).returncode == 0
         return [*figures, Figure("health: asked for after all", int(healthy), "", at_least=1),
-                Figure("health: it took", time.monotonic() - begin, "s", at_most=1), *_pages(pages, server)]
+                Figure("health: it took", time.monotonic() - begin, "s", at_most=3), *_pages(pages, server)]
