@@ -4,6 +4,7 @@
 #include "server/service/network/header_sizes.h"
 
 #include <algorithm>
+#include <array>
 
 namespace ccslice::server {
 namespace {
@@ -11,7 +12,15 @@ namespace {
 constexpr std::size_t kTableBytes = 4096, kEntryBytes = 32;           // RFC 7541, 4.1; RFC 9113, 6.5.2.
 constexpr std::size_t kStaticEntries = 61;                            // RFC 7541, appendix A,
 constexpr std::size_t kStaticNameBytes = 32, kStaticValueBytes = 16;  // none of which has more.
-constexpr unsigned int kMostShift = 21;                               // Four more bytes say any number that may be.
+// How many letters have a code of so many bits (RFC 7541, appendix B), and the first of these codes.
+constexpr std::array<std::uint32_t, 31> kLetters = {0, 0, 0, 0, 0, 10, 26, 32, 6,  0, 5,  3,  2,  6, 2, 3,
+                                                    0, 0, 0, 3, 8, 13, 26, 29, 12, 4, 15, 19, 29, 0, 4};
+constexpr std::array<std::uint32_t, 31> kFirstCodes = [] {
+  std::array<std::uint32_t, 31> codes{};
+  for (std::size_t bits = 1; bits < codes.size(); ++bits) codes[bits] = (codes[bits - 1] + kLetters[bits - 1]) << 1;
+  return codes;
+}();
+constexpr unsigned int kMostShift = 21;  // Four more bytes say any number that may be.
 
 }  // namespace
 
@@ -26,6 +35,7 @@ bool HeaderSizes::take(std::span<const std::uint8_t> bytes) {
     }
     const std::size_t some = std::min(skipped_, bytes.size());
     skipped_ -= some;
+    if (is_huffman_) count_letters(bytes.first(some));
     bytes = bytes.subspan(some);
     if (skipped_ == 0 && !end_text()) return false;
   }
@@ -80,12 +90,27 @@ bool HeaderSizes::end_number() {
 
 bool HeaderSizes::begin_text() {
   const bool is_name = part_ == Part::kNameLength;
-  const std::size_t bytes = is_huffman_ ? std::size_t{number_} * 8 / 5 : number_;
-  if (bytes > kMostBytes) return false;
-  (is_name ? header_.name_bytes : header_.value_bytes) = bytes;
+  if (number_ > kMostBytes) return false;
+  (is_name ? header_.name_bytes : header_.value_bytes) = is_huffman_ ? 0 : number_;
+  code_ = 0;
+  code_bits_ = 0;
   part_ = is_name ? Part::kName : Part::kValue;
   skipped_ = number_;
   return skipped_ > 0 || end_text();
+}
+
+void HeaderSizes::count_letters(std::span<const std::uint8_t> bytes) {
+  std::size_t& letters = part_ == Part::kName ? header_.name_bytes : header_.value_bytes;
+  for (const std::uint8_t byte : bytes) {
+    for (int shift = 7; shift >= 0; --shift) {
+      code_ = code_ << 1 | (byte >> shift & 1u);
+      ++code_bits_;
+      if (code_ - kFirstCodes[code_bits_] >= kLetters[code_bits_]) continue;
+      ++letters;
+      code_ = 0;
+      code_bits_ = 0;
+    }
+  }
 }
 
 bool HeaderSizes::end_text() {
@@ -103,7 +128,7 @@ bool HeaderSizes::count(const Entry& header) {
   return list_bytes_ <= kMostBytes;
 }
 
-/// One that may be too large for the table empties it (RFC 7541, 4.4), and fills it here in case it isn't.
+/// One that is too large for the table empties it (RFC 7541, 4.4), and fills it here in case gRPC counts it as less.
 void HeaderSizes::add(Entry header) {
   std::size_t bytes = header.name_bytes + header.value_bytes + kEntryBytes;
   if (bytes > table_bytes_) {

@@ -4,9 +4,10 @@
 // What lists of headers come to once they are unpacked (HPACK, RFC 7541), without unpacking them: a byte may stand for
 // an entry of 4 KiB, and a list may go on over any number of frames.
 //
-// Only the sizes of the dynamic table's entries are kept, and no size is ever too small: Huffman's code takes five bits
-// for a letter at least (RFC 7541, appendix B). So this table may drop an entry before the unpacker's does, and both
-// have the newest ones in common. An index beyond them counts as the largest entry there may be.
+// Only the sizes of the dynamic table's entries are kept. Letters in Huffman's code are counted and not decoded: the
+// code is canonical (RFC 7541, appendix B), so it takes no more than how many letters have codes of each length. gRPC
+// counts some entries as less, binary ones, and may keep them for longer: an index of an entry that isn't here counts
+// as the largest one there may be.
 
 #pragma once
 
@@ -43,6 +44,7 @@ class HeaderSizes {
   bool begin_number(Part part, std::uint8_t byte, std::uint8_t mask);
   bool end_number();
   bool begin_text();
+  void count_letters(std::span<const std::uint8_t> bytes);
   bool end_text();
   bool count(const Entry& header);
   void add(Entry header);
@@ -56,6 +58,8 @@ class HeaderSizes {
   bool is_huffman_ = false;
   bool is_added_ = false;        // To the table.
   std::size_t skipped_ = 0;      // Of a text, still to come.
+  std::uint32_t code_ = 0;       // Of a letter, as far as it has come,
+  std::size_t code_bits_ = 0;    // that is, so many bits.
   Entry header_;                 // That is being read.
   std::vector<Entry> entries_;   // The newest one is the last.
   std::size_t entry_bytes_ = 0;  // Of all.

@@ -14,6 +14,8 @@ namespace {
 
 using namespace std::string_literals;
 
+constexpr std::size_t kMost = HeaderSizes::kMostBytes, kEach = HeaderSizes::kHeaderBytes;
+
 bool takes(HeaderSizes& sizes, const std::string& bytes) { return sizes.take(bytes_of(bytes)); }
 
 /// How many times a list may have these bytes.
@@ -28,7 +30,14 @@ std::size_t most_times(const std::string& bytes) {
   return most_times(sizes, bytes);
 }
 
-constexpr std::size_t kMost = HeaderSizes::kMostBytes, kEach = HeaderSizes::kHeaderBytes;
+/// What a list comes to: the rest has room for one more header of so much text.
+std::size_t bytes_of_list(const std::string& list) {
+  HeaderSizes sizes;
+  EXPECT_TRUE(takes(sizes, list));
+  std::size_t most = 0;
+  for (HeaderSizes more = sizes; takes(more, literal("", std::string(most + 1, 'v'))); more = sizes) ++most;
+  return kMost - kEach - most;
+}
 
 TEST(HeaderSizes, CountEachHeaderBesidesItsText) {
   EXPECT_EQ(most_times(literal("", "")), kMost / kEach);
@@ -49,8 +58,17 @@ TEST(HeaderSizes, CountAReferenceAsWhatItStandsFor) {
   EXPECT_EQ(most_times(others, "\x0f\x30\x01w"s), kMost / (kEach + 3000 + 1)) << "its name alone";
 }
 
-TEST(HeaderSizes, CountHuffmansCodeAsTheMostThatItMayStandFor) {
-  EXPECT_EQ(most_times("\0\x01n\x8a"s + std::string(10, '\0')), kMost / (kEach + 1 + 16));
+TEST(HeaderSizes, CountTheLettersOfHuffmansCode) {
+  EXPECT_EQ(bytes_of_list("\0\x01n\x8a"s + std::string(10, '\0')), kEach + 1 + 16) << "five bits each";
+  const auto value_of = [](const std::string& code) {
+    return "\0\x01n"s + static_cast<char>(0x80 | code.size()) + code;
+  };
+  // RFC 7541, C.4.1 and C.6.1.
+  const std::string host = "\xf1\xe3\xc2\xe5\xf2\x3a\x6b\xa0\xab\x90\xf4\xff";  // www.example.com
+  EXPECT_EQ(bytes_of_list(value_of(host)), kEach + 1 + 15);
+  const std::string date =  // Mon, 21 Oct 2013 20:13:21 GMT
+      "\xd0\x7a\xbe\x94\x10\x54\xd4\x44\xa8\x20\x05\x95\x04\x0b\x81\x66\xe0\x82\xa6\x2d\x1b\xff";
+  EXPECT_EQ(bytes_of_list(value_of(date)), kEach + 1 + 29);
 }
 
 TEST(HeaderSizes, CountWhatTheTableMayHaveDroppedAsTheLargestEntry) {
@@ -62,7 +80,7 @@ TEST(HeaderSizes, CountWhatTheTableMayHaveDroppedAsTheLargestEntry) {
 
 TEST(HeaderSizes, KeepAnEntryThatMayBeTooLargeForTheTableAsLargeAsThat) {
   HeaderSizes sizes;
-  // 3,000 bytes of Huffman's code may be 4,800 letters, or 800.
+  // 3,000 bytes of Huffman's code, 4,800 letters.
   ASSERT_TRUE(takes(sizes, literal("old", "", kKept) + "\x40\x01n\xff\xb9\x16"s + std::string(3000, '\0')));
   EXPECT_EQ(most_times(sizes, "\xbe"), kMost / (kEach + 4064));
   sizes.begin_list();
