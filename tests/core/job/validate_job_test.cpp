@@ -20,6 +20,7 @@ namespace {
 SolidSummary two_channels() {
   SolidSummary summary;
   summary.channels = {{"stiffness", 0, 1}, {"colour", -1, 1}};
+  summary.bounding_box = Box3(Vec3::Zero(), Vec3::Constant(2));
   return summary;
 }
 
