@@ -105,7 +105,7 @@ LABEL org.opencontainers.image.title="ccslice" \
 
 FROM farm-packages AS farm
 COPY --from=build /opt/full/bin/ccslice /usr/local/bin/
-COPY deploy/farm/farm.py /usr/local/share/ccslice-farm/
+COPY deploy/farm/*.py /usr/local/share/ccslice-farm/
 ENV PYTHONPATH=/usr/local/share/ccslice-farm \
   PYTHONDONTWRITEBYTECODE=1 \
   CCSLICE_FARM_FOLDER=/jobs

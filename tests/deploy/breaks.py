@@ -110,7 +110,7 @@ BREAKS = (
     ("queue", "PersistentVolumeClaim", "ccslice-farm-jobs", ("spec", "accessModes"), ["ReadWriteOnce"],
      "where all workers see them"),
     ("queue", "ConfigMap", "ccslice-farm-worker", ("data", "CCSLICE_SERVER"), "ccsliced:50051", "headless service"),
-    ("queue", "ConfigMap", "ccslice-farm-worker", ("data", "CCSLICE_FARM_LONGEST"), "60", "farm.py has no"),
+    ("queue", "ConfigMap", "ccslice-farm-worker", ("data", "CCSLICE_FARM_LONGEST"), "60", "deploy/farm has no"),
     ("queue", *WORKER, (*FIRST, "args"), ["worker"], "isn't the image's own command"),
     ("queue", *WORKER, (*FIRST, "image"), "ccslice/client:0.1.0", "isn't the image's own command"),
     ("queue", *WORKER, (*FIRST, "image"), "ccslice/farm:0.0.9", "isn't of version"),

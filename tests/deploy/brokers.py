@@ -3,17 +3,22 @@
 """Redis and RabbitMQ of Debian's packages as processes of their own, on free ports of loopback, with their files in a
 folder. Both keep their messages when they are killed."""
 
+import base64
+import json
 import os
 import shutil
 import signal
 import socket
 import subprocess
 import time
+import uuid
 
+import kombu
 import redis
 
 from free_port import free_port
 
+TICKETS = "ccslice-tickets"  # As farm_worker.py has it.
 _START_S = 60
 _RABBITMQ = "/usr/lib/rabbitmq/bin"
 
@@ -73,10 +78,21 @@ class Redis(_Broker):
                               capture_output=True, text=True)
         return done.stdout.strip()
 
+    def put(self, headers, body):
+        """A message of anybody's."""
+        properties = {"delivery_tag": str(uuid.uuid4()), "delivery_info": {"exchange": "", "routing_key": TICKETS},
+                      "body_encoding": "base64"}
+        self.put_bytes(json.dumps({"body": base64.b64encode(body).decode(), "content-type": "application/json",
+                                   "content-encoding": "utf-8", "headers": headers, "properties": properties}))
+
+    def put_bytes(self, value):
+        """What isn't even a message."""
+        redis.Redis(port=self.port, db=1).lpush(TICKETS, value)
+
     def left(self):
-        """Messages that wait, of any priority, or that nobody has acknowledged."""
+        """Messages that wait, or that nobody has acknowledged."""
         client = redis.Redis(port=self.port, db=1)
-        waiting = sum(client.llen(key) for key in client.scan_iter("celery*") if client.type(key) == b"list")
+        waiting = sum(client.llen(key) for key in client.scan_iter(TICKETS + "*") if client.type(key) == b"list")
         return client.hlen("unacked") + waiting
 
 
@@ -110,9 +126,17 @@ class RabbitMq(_Broker):
         self._mapper.kill()
         self._mapper.wait()
 
+    def put(self, headers, body):
+        with kombu.Connection(self.url) as connection:
+            kombu.Producer(connection).publish(body, routing_key=TICKETS, headers=headers, serializer=None,
+                                               content_type="application/json", content_encoding="utf-8")
+
+    def put_bytes(self, value):
+        self.put({}, value)
+
     def left(self):
         """As Redis's."""
         done = subprocess.run([f"{_RABBITMQ}/rabbitmqctl", "-q", "list_queues", "name", "messages"], check=True,
                               capture_output=True, text=True, env=self._environment())
         queues = dict(line.split() for line in done.stdout.splitlines() if len(line.split()) == 2)
-        return int(queues["celery"])
+        return int(queues[TICKETS])

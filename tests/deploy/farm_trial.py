@@ -54,15 +54,13 @@ class Trial:
         self.log = folder / "workers.log"
         self._log = open(self.log, "ab")
         self.broker = BROKERS[broker](folder)
-        self.results = self.broker if broker == "redis" else Redis(folder)
         self.servers, self.workers = [], []
         for i in range(servers):
             (folder / f"server{i}").mkdir()
             self.servers.append(Server(ccsliced, folder / f"server{i}", "--mesh-store", f"dir:{folder / 'store'}",
                                        "--threads", "1"))
         self.environment = {**os.environ, "CCSLICE_FARM_BROKER": self.broker.url,
-                            "CCSLICE_FARM_RESULTS": self.results.url, "CCSLICE_FARM_FOLDER": str(self.jobs),
-                            "CCSLICE_FARM_PROGRAM": self.ccslice,
+                            "CCSLICE_FARM_FOLDER": str(self.jobs), "CCSLICE_FARM_PROGRAM": self.ccslice,
                             "CCSLICE_SERVER": ",".join(server.address() for server in self.servers),
                             "CCSLICE_FARM_LONGEST_SHARE": str(timeout_s), **environment}
         for _ in range(workers):
@@ -76,8 +74,7 @@ class Trial:
             worker.kill()
         for server in self.servers:
             server.kill()
-        for broker in {self.broker, self.results}:
-            broker.__exit__()
+        self.broker.__exit__()
 
     def add_worker(self, **options):
         self.workers.append(Worker(f"w{len(self.workers)}", self.environment, self._log, **options))
@@ -87,8 +84,9 @@ class Trial:
         return subprocess.run([PYTHON, "-B", FARM / "farm.py", *words], env=self.environment, capture_output=True,
                               text=True)
 
-    def submit(self, name, mesh, *options, shares=4, priority=5):
-        done = self.farm("submit", name, mesh, "--shares", str(shares), "--priority", str(priority), "--", *options)
+    def submit(self, name, mesh, *options, shares=4, priority=5, customer="somebody"):
+        done = self.farm("submit", name, mesh, "--shares", str(shares), "--priority", str(priority),
+                         "--customer", customer, "--", *options)
         if done.returncode:
             raise RuntimeError(done.stderr)
 

@@ -42,8 +42,9 @@ def workers_complete(overlay):
     if not container["image"].startswith("ccslice/farm:") or {"command", "args"} & set(container):
         yield "ccslice-farm-worker: isn't the image's own command"
     variables = environment_of(overlay, container)
-    known = set(re.findall(r"CCSLICE_FARM_\w+", (ROOT / "deploy/farm/farm.py").read_text()))
-    yield from (f"ccslice-farm-worker: farm.py has no {one}" for one in variables
+    sources = "".join(path.read_text() for path in (ROOT / "deploy/farm").glob("*.py"))
+    known = set(re.findall(r"CCSLICE_FARM_\w+", sources))
+    yield from (f"ccslice-farm-worker: deploy/farm has no {one}" for one in variables
                 if one.startswith("CCSLICE_FARM_") and one not in known)
     if variables.get("CCSLICE_SERVER") != "ccsliced-headless:50051":
         yield f"ccslice-farm-worker: {variables.get('CCSLICE_SERVER')} isn't the headless service"

@@ -3,9 +3,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What deploy/ ships, with the real programs on loopback: alerts with promtool, proxies in front of three servers, which
 are restarted one by one, large meshes and long calls through proxies, the farm's queue with workers and servers that are
-killed and with all else that goes wrong.
+killed and with all else that goes wrong, two customers' jobs in it.
 
-    run.py CCSLICED CCSLICE [--parts alerts,nginx,haproxy,rolling,passing,farm-redis,farm-rabbitmq,faults] [--long]
+    run.py CCSLICED CCSLICE [--parts alerts,nginx,haproxy,rolling,passing,farm-redis,farm-rabbitmq,jobs,turns,faults] [--long]
 
 Ends with a table. Exit code 1 if a line of it fails."""
 
@@ -32,7 +32,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tests/support")]
 
 import farm_faults  # noqa: E402
+import farm_jobs  # noqa: E402
 import farm_trial  # noqa: E402
+import farm_turns  # noqa: E402
 from brokers import listens, program  # noqa: E402
 from certificates import make_certificates  # noqa: E402
 from ccsliced_process import Server  # noqa: E402
@@ -40,7 +42,7 @@ from free_port import free_port  # noqa: E402
 from waiting import wait_for  # noqa: E402
 
 BESIDE_OTHER_WORK_S = 20  # Bars of time are for --long, on a machine that does nothing else.
-PARTS = ("alerts", "nginx", "haproxy", "rolling", "passing", "farm-redis", "farm-rabbitmq", "faults")
+PARTS = ("alerts", "nginx", "haproxy", "rolling", "passing", "farm-redis", "farm-rabbitmq", "jobs", "turns", "faults")
 MESHES, CALLS = 20, 200
 rows = []
 
@@ -446,6 +448,10 @@ def main():
         for broker in farm_trial.BROKERS:
             if f"farm-{broker}" in parts:
                 farm_trial.run(row, arguments.ccsliced, arguments.ccslice, folder, broker, arguments.long)
+        if "jobs" in parts:
+            farm_jobs.run(row, arguments.ccsliced, arguments.ccslice, folder)
+        if "turns" in parts:
+            farm_turns.run(row, arguments.ccsliced, arguments.ccslice, folder, arguments.long)
         if "faults" in parts:
             farm_faults.run(row, arguments.ccsliced, arguments.ccslice, folder)
     width = max(len(what) for what, _, _ in rows)
