@@ -81,6 +81,7 @@ readonly test=(
   rabbitmq-server
   redis-server
   shellcheck
+  slurm-wlm
   zsh
 )
 

@@ -233,6 +233,41 @@ def check_farm_scripts():
     return found
 
 
+def patched(objects, patches):
+    """Copies, changed by those JSON patches of a kustomization that add or remove."""
+    overlay = Overlay("patched", copy.deepcopy(objects))
+    for patch in patches:
+        target = overlay.get(patch["target"]["kind"], patch["target"]["name"])
+        for step in yaml.safe_load(patch["patch"]):
+            *path, last = [part.replace("~1", "/") for part in step["path"].split("/")[1:]]
+            place = target
+            for part in path:
+                place = place[part]
+            if step["op"] == "remove":
+                del place[last]
+            else:
+                place[last] = step["value"]
+    return overlay
+
+
+def check_kueue():
+    """The overlay that README.md describes has Kueue queue the shares, and bounds no time of waiting."""
+    text = (FOLDER / "README.md").read_text().split("### Many such jobs, with Kueue")[1]
+    block = re.search(r"((?:^ {4}.+\n)+)", text, re.MULTILINE)[1]
+    kustomization = yaml.safe_load(block)
+    overlay = patched(rendered("farm"), kustomization["patches"])
+    shares, joins = overlay.get("Job", "ccslice-shares"), overlay.get("Job", "ccslice-join")
+    if shares["metadata"]["labels"].get("kueue.x-k8s.io/queue-name") != "print":
+        yield "Kueue: shares have no queue"
+    if int(shares["metadata"]["annotations"]["kueue.x-k8s.io/job-min-parallelism"]) >= shares["spec"]["parallelism"]:
+        yield "Kueue: shares can't begin with fewer pods"
+    if "activeDeadlineSeconds" in joins["spec"] or "kueue.x-k8s.io/queue-name" in joins["metadata"]["labels"]:
+        yield "Kueue: the join doesn't wait for shares that wait"
+    if kustomization["resources"] != ["ccslice/deploy/kubernetes/overlays/farm"]:
+        yield "Kueue: not the overlay farm"
+    yield from schema_findings([shares, joins])
+
+
 def redis_pod(overlay, kind, name, folder, password, port=None):
     """Runs its script with folders of this test's, and gives (process, port)."""
     port, workload = port or free_port(), overlay.get(kind, name)
@@ -310,7 +345,7 @@ def check_haproxy():
     return [f"HAProxy: {line}" for line in complaints]
 
 
-CHECKS = (check_schemas, check_policies, check_breaks, check_farm_scripts, check_redis_scripts,
+CHECKS = (check_schemas, check_policies, check_breaks, check_farm_scripts, check_kueue, check_redis_scripts,
           check_queue_password, check_haproxy)
 
 

@@ -3,9 +3,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What deploy/ ships, with the real programs on loopback: alerts with promtool, proxies in front of three servers, which
 are restarted one by one, large meshes and long calls through proxies, the farm's queue with workers and servers that are
-killed and with all else that goes wrong, two customers' jobs in it.
+killed and with all else that goes wrong, two customers' jobs in it, and a cluster of Slurm.
 
-    run.py CCSLICED CCSLICE [--parts alerts,nginx,haproxy,rolling,passing,farm-redis,farm-rabbitmq,jobs,turns,faults] [--long]
+    run.py CCSLICED CCSLICE [--parts alerts,nginx,haproxy,rolling,passing,farm-redis,farm-rabbitmq,jobs,slurm,turns,faults] [--long]
 
 Ends with a table. Exit code 1 if a line of it fails."""
 
@@ -35,6 +35,7 @@ import farm_faults  # noqa: E402
 import farm_jobs  # noqa: E402
 import farm_trial  # noqa: E402
 import farm_turns  # noqa: E402
+import slurm  # noqa: E402
 from brokers import listens, program  # noqa: E402
 from certificates import make_certificates  # noqa: E402
 from ccsliced_process import Server  # noqa: E402
@@ -42,7 +43,7 @@ from free_port import free_port  # noqa: E402
 from waiting import wait_for  # noqa: E402
 
 BESIDE_OTHER_WORK_S = 20  # Bars of time are for --long, on a machine that does nothing else.
-PARTS = ("alerts", "nginx", "haproxy", "rolling", "passing", "farm-redis", "farm-rabbitmq", "jobs", "turns", "faults")
+PARTS = ("alerts", "nginx", "haproxy", "rolling", "passing", "farm-redis", "farm-rabbitmq", "jobs", "slurm", "turns", "faults")
 MESHES, CALLS = 20, 200
 rows = []
 
@@ -450,6 +451,8 @@ def main():
                 farm_trial.run(row, arguments.ccsliced, arguments.ccslice, folder, broker, arguments.long)
         if "jobs" in parts:
             farm_jobs.run(row, arguments.ccsliced, arguments.ccslice, folder)
+        if "slurm" in parts:
+            slurm.run(row, arguments.ccsliced, arguments.ccslice, folder)
         if "turns" in parts:
             farm_turns.run(row, arguments.ccsliced, arguments.ccslice, folder, arguments.long)
         if "faults" in parts:
