@@ -18,6 +18,7 @@ it after a worker died finds the share under .taken and goes on with it."""
 
 import contextlib
 import dataclasses
+import functools
 import json
 import os
 import pathlib
@@ -29,6 +30,7 @@ import uuid
 FOLDER = pathlib.Path(os.environ.get("CCSLICE_FARM_FOLDER", "farm-jobs")).absolute()
 QUEUE, TAKEN, TURNS = FOLDER / ".queue", FOLDER / ".taken", FOLDER / ".turns"
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+NUMBER = re.compile("[1-9][0-9]?")
 TICKET = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 LAST_PRIORITY, MOST_SHARES = 9, 64
 TURN = 4  # Shares of one job, after which the next customer has a turn.
@@ -187,8 +189,8 @@ def dequeue(name):
 
 def waiting_of(entry):
     """Numbers of shares that wait, of one job."""
-    with contextlib.suppress(FileNotFoundError):
-        return sorted(int(one) for one in os.listdir(entry) if one.isdecimal())
+    with contextlib.suppress(OSError):
+        return sorted(int(one) for one in os.listdir(entry) if NUMBER.fullmatch(one))
     return []
 
 
@@ -201,12 +203,12 @@ def last_turn(customer):
 
 def jobs_in_turn():
     """Folders of waiting jobs: by priority, then the customer whose last turn was first, then as they were sent."""
-    found = []
+    found, turn_of = [], functools.cache(last_turn)
     with contextlib.suppress(FileNotFoundError):
         for entry in os.listdir(QUEUE):
             parts = entry.split(",")
             if len(parts) == 4 and NAME.fullmatch(parts[2]):
-                found.append((parts[0], last_turn(parts[2]), parts[2], parts[1], QUEUE / entry))
+                found.append((parts[0], turn_of(parts[2]), parts[2], parts[1], QUEUE / entry))
     return [(entry, customer) for _, _, customer, _, entry in sorted(found)]
 
 

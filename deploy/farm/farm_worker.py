@@ -33,15 +33,22 @@ from kombu.utils.url import maybe_sanitize_url
 import farm_folder as jobs
 import farm_options
 
+
+
+def stop(words):
+    print(f"farm: {words}", file=sys.stderr)
+    sys.exit(2)
+
+
 VARIABLES = {f"CCSLICE_FARM_{name}" for name in ("FOLDER", "BROKER", "LONGEST_SHARE", "PROGRAM", "TELL")}
 UNKNOWN = sorted({name for name in os.environ if name.startswith("CCSLICE_FARM_")} - VARIABLES)
 if UNKNOWN:
-    sys.exit(f"farm: there is no {', '.join(UNKNOWN)}; variables are {', '.join(sorted(VARIABLES))}")
+    stop(f"there is no {', '.join(UNKNOWN)}; variables are {', '.join(sorted(VARIABLES))}")
 BROKER = os.environ.get("CCSLICE_FARM_BROKER", "redis://localhost:6379/1")
 OVER_REDIS = BROKER.startswith("redis")
 LONGEST_SHARE = os.environ.get("CCSLICE_FARM_LONGEST_SHARE", "3600")
 if not re.fullmatch("[1-9][0-9]{0,8}", LONGEST_SHARE):
-    sys.exit(f"farm: CCSLICE_FARM_LONGEST_SHARE={LONGEST_SHARE}: seconds, for instance 3600")
+    stop(f"CCSLICE_FARM_LONGEST_SHARE={LONGEST_SHARE}: seconds, for instance 3600")
 LONGEST_SHARE_S = int(LONGEST_SHARE)
 CCSLICE = shutil.which(os.environ.get("CCSLICE_FARM_PROGRAM", "ccslice"))
 TELL = os.environ.get("CCSLICE_FARM_TELL", "")
@@ -151,12 +158,16 @@ def place():
 
 def tickets_ready():
     """Tickets that nobody has yet."""
-    with app.connection_for_write() as connection:
+    with app.pool.acquire(block=True) as connection:
         connection.ensure_connection(max_retries=2, interval_start=0.2)
         try:
-            return connection.channel().queue_declare(TICKETS, passive=True).message_count
+            with connection.channel() as channel:
+                return channel.queue_declare(TICKETS, passive=True).message_count
         except connection.channel_errors:
             return 0  # There is no queue yet.
+        except connection.connection_errors as error:
+            connection.collapse()
+            raise OperationalError(str(error)) from None
 
 
 def send_tickets(count):
@@ -252,8 +263,10 @@ def finish(task, ticket, job):
 def tell(job):
     """Runs the command, or asks the address, of CCSLICE_FARM_TELL, once for each end of a job."""
     told = job.folder / "told"
+    if not TELL or not job.has_ended() or told.exists():
+        return
     state = jobs.state_of(job)
-    if not TELL or state["state"] not in ("done", "failed") or told.exists():
+    if state["state"] == "cancelled":
         return
     words = json.dumps(state).encode()
     try:

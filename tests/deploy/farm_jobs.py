@@ -35,7 +35,13 @@ fi
 """
 
 
-def run(row, ccsliced, ccslice, folder):
+# Is told of a job.
+TELLER = """#!/bin/sh
+cat >"{folder}/told-$1-$2"
+"""
+
+
+def run(row, ccsliced, ccslice, folder, long):
     folder = folder / "jobs"
     folder.mkdir()
     _try_turns(row, folder / "turns")
@@ -51,9 +57,15 @@ def run(row, ccsliced, ccslice, folder):
             _try_ends(row, trial, mesh, folder, listener)
             _try_engines(row, trial, mesh, folder)
             _try_forgetful_queue(row, trial, mesh)
-    for broker in ("redis", "rabbitmq"):
-        with Trial(ccsliced, ccslice, folder / broker, broker, servers=1, workers=1, timeout_s=20) as trial:
+    teller = folder / "teller"
+    teller.write_text(TELLER.format(folder=folder))
+    teller.chmod(0o755)
+    for broker in ("redis", "rabbitmq") if long else ("redis",):
+        with Trial(ccsliced, ccslice, folder / broker, broker, servers=1, workers=1, timeout_s=20,
+                   CCSLICE_FARM_TELL=str(teller)) as trial:
             _try_messages(row, f"farm over {broker}", trial, mesh)
+    told = json.loads((folder / "told-after-done").read_text())
+    row("farm: a command is told", told["state"], told["name"] == "after" and told["layers_done"] == told["layers"])
 
 
 def _in_folder(folder):
@@ -151,6 +163,9 @@ def _try_forged_job(row, trial, mesh):
     linked.unlink()
     linked.symlink_to("/etc/passwd")
     (trial.jobs / ".queue/5,0,nobody,odd").mkdir()
+    (trial.jobs / ".queue/0,0,nobody,file").touch()
+    for name in ("007", "\u0663", "x", "-1"):
+        (trial.jobs / ".queue/5,0,nobody,odd" / name).touch()
     for name, text in (("1", "rubbish"), ("2", json.dumps({"job": "../x", "share": 1, "id": ""})), ("3", "[]")):
         (trial.jobs / ".queue/5,0,nobody,odd" / name).write_text(text)
     trial.submit("after", mesh, "--pitch", "1", shares=1)
@@ -198,7 +213,9 @@ def _try_ends(row, trial, mesh, folder, listener):
     trial.submit("bad", mesh, "--pitch", "1", "--contours", "of no kind", shares=1)
     codes = {"good": trial.farm("wait", "good", "--timeout", "60").returncode,
              "bad": trial.farm("wait", "bad", "--timeout", "60").returncode,
-             "none": trial.farm("wait", "none").returncode, "wrong": trial.farm("wait").returncode}
+             "none": trial.farm("wait", "none").returncode, "wrong": trial.farm("wait").returncode,
+             "variable": subprocess.run([FARM / "farm.py", "status"], capture_output=True,
+                                        env={**trial.environment, "CCSLICE_FARM_BROKR": "x"}).returncode}
     joins = [line for line in (folder / "calls").read_text().splitlines() if line.startswith("join")]
     row("farm: a job of one share", f"{len(joins)} joins", not joins and trial.is_as_single("good", mesh, *JOB))
     wait_for(lambda: ("bad", "failed") in listener.told[1:] and ("good", "done") in listener.told[1:], 30)
@@ -214,8 +231,8 @@ def _try_ends(row, trial, mesh, folder, listener):
     row("farm: a job that is merely queued", trial.state("queued"), "retry" not in trial.state("queued"))
     trial.farm("cancel", "queued")
     codes["cancelled"] = trial.farm("wait", "queued").returncode
-    row("farm: exit codes of wait", str(codes), codes == {"good": 0, "bad": 9, "none": 3, "wrong": 2, "queued": 10,
-                                                         "cancelled": 9})
+    row("farm: exit codes of wait", str(codes), codes == {"good": 0, "bad": 9, "none": 3, "wrong": 2, "variable": 2,
+                                                         "queued": 10, "cancelled": 9})
     day_ago = time.time() - 86400
     os.utime(trial.jobs / "good/layers/manifest.json", (day_ago, day_ago))
     done = trial.farm("prune", "--older", "23h")

@@ -450,7 +450,7 @@ def main():
             if f"farm-{broker}" in parts:
                 farm_trial.run(row, arguments.ccsliced, arguments.ccslice, folder, broker, arguments.long)
         if "jobs" in parts:
-            farm_jobs.run(row, arguments.ccsliced, arguments.ccslice, folder)
+            farm_jobs.run(row, arguments.ccsliced, arguments.ccslice, folder, arguments.long)
         if "slurm" in parts:
             slurm.run(row, arguments.ccsliced, arguments.ccslice, folder)
         if "turns" in parts:
