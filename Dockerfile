@@ -22,7 +22,7 @@ RUN /tmp/install.sh build && apt-get clean && rm -rf /var/lib/apt/lists/*
 
 FROM build-packages AS sources
 WORKDIR /src
-COPY CMakeLists.txt CMakePresets.json LICENSE NOTICE ./
+COPY CMakeLists.txt CMakePresets.json LICENSE NOTICE VERSION ./
 COPY cmake cmake
 COPY proto proto
 COPY core core
@@ -32,7 +32,9 @@ COPY docs/schemas docs/schemas
 
 # The slim server differs by the sources that include OpenImageIO; only they are compiled a second time.
 FROM sources AS build
-RUN cmake --preset release -DCCSLICE_BUILD_TESTS=OFF \
+# Empty: what the file VERSION says, since the history isn't here.
+ARG VERSION=
+RUN cmake --preset release -DCCSLICE_BUILD_TESTS=OFF -DCCSLICE_VERSION="${VERSION}" \
   && cmake --build --preset release --parallel "$(nproc)" \
   && cmake --install build/release --strip --prefix /opt/full
 RUN cmake --preset release -DCCSLICE_BUILD_TESTS=OFF -DCCSLICE_WITH_OPENIMAGEIO=OFF \

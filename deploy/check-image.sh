@@ -171,7 +171,7 @@ build() {
 
 build_images() {
   local version revision target seconds
-  version=$(sed -n 's/^  VERSION \([0-9.]*\)$/\1/p' CMakeLists.txt)
+  version=$(cmake/version.sh)
   revision=$(git rev-parse HEAD 2>/dev/null || echo unknown)
   for target in server server-slim client farm; do
     step "Image: $target"

@@ -20,6 +20,7 @@
 
 #include "core/base/echo.h"
 #include "core/base/engine_version.h"
+#include "core/base/version.h"
 #include "server/rpc/server/health_client.h"
 #include "server/rpc/server/server.h"
 #include "server/service/base/logging.h"
@@ -95,7 +96,7 @@ void attend(Server& server, StopSignals& signals, std::chrono::steady_clock::tim
   bool stops = false;  // Already while meshes are made ready.
   Server server(options, [&] { return stops = stops || signals.wait(std::chrono::milliseconds(0)); });
   if (privately) serve_parent(server.address());
-  spdlog::info("ccsliced {} (engine {}) serves on {}: {} threads, {} bytes for meshes", CCSLICE_SERVER_VERSION,
+  spdlog::info("ccsliced {} (engine {}) serves on {}: {} threads, {} bytes for meshes", kVersion,
                kEngineVersion, server.address(), options.threads, options.cache_bytes);
   for (const auto& [what, address] :
        {std::pair{"health", server.health_address()}, std::pair{"figures", server.metrics_address()}}) {
@@ -145,7 +146,7 @@ int run(const std::vector<std::string>& arguments, StopSignals& signals) {
   switch (parsed.command) {
     case Command::kHelp: std::cout << help_text(resources); return 0;
     case Command::kVersion:
-      std::cout << "ccsliced " << CCSLICE_SERVER_VERSION << " (engine " << kEngineVersion << ")\n";
+      std::cout << "ccsliced " << kVersion << " (engine " << kEngineVersion << ")\n";
       return 0;
     case Command::kHealthCheck: {
       std::string explanation;

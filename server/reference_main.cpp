@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/base/roff.h"
+#include "core/base/version.h"
 #include "server/service/options/options.h"
 
 int main(int argc, char** argv) {
@@ -20,7 +21,7 @@ int main(int argc, char** argv) {
   machine.cpus = 4;
   machine.memory_bytes = 16ull << 30;
   std::ofstream page(argv[1], std::ios::binary);
-  page << ".TH CCSLICED 1 \"\" \"ccslice " CCSLICE_SERVER_VERSION "\" \"ccslice\"\n"
+  page << ".TH CCSLICED 1 \"\" \"ccslice " << ccslice::kVersion << "\" \"ccslice\"\n"
        << ".SH NAME\nccsliced \\- slices Catmull-Clark solids into voxel layers, over gRPC\n"
        << ".SH DESCRIPTION\nWhat ccsliced \\-\\-help says on a machine with 4 CPUs and 16 GiB of memory.\n.PP\n.nf\n"
        << ccslice::roff(ccslice::server::help_text(machine)) << ".fi\n.SH SEE ALSO\n\\fBccslice\\fR(1)\n";

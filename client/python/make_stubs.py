@@ -17,8 +17,13 @@ HERE = pathlib.Path(__file__).resolve().parent
 PROTO = HERE.parents[1] / "proto"
 
 
+def version_of_sources():
+    """That of the programs, too."""
+    return subprocess.run([HERE.parents[1] / "cmake/version.sh"], check=True, capture_output=True, text=True).stdout.strip()
+
+
 def make_stubs(folder):
-    """Writes ccslice/v1 and the descriptions of error details below a folder."""
+    """Writes the version, ccslice/v1 and the descriptions of error details below a folder."""
     plugin = shutil.which("grpc_python_plugin")
     if plugin is None or shutil.which("protoc") is None:
         sys.exit("make_stubs.py: protoc or grpc_python_plugin is missing; "
@@ -35,6 +40,7 @@ def make_stubs(folder):
         ["protoc", "-I", PROTO, "--include_imports", f"--descriptor_set_out={package / 'error_details.binpb'}", *details],
         check=True)
     (package / "v1/__init__.py").touch()
+    (package / "_version.py").write_text(f'__version__ = "{version_of_sources()}"\n', encoding="utf-8")
 
 
 def main(folder):

@@ -31,6 +31,7 @@ COVERED = {
     "shares": ("cell_fitter_test", "constants"),
     "slice_limits": ("validate_job_test", "constants"),
     "solid_data": ("limit_solid_test", "a struct; its queries are tested there"),
+    "version": ("server_process_test", "a constant, which programs compare there"),
     "types": ("grid_test", "names of Eigen's types"),
     "voxel_runs": ("occupancy_test", "structs"),
     "row_crossings": ("occupancy_test", "scan conversion is made of them; region_runs_test too"),

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "client/cli/commands/help.h"
+#include "core/base/version.h"
 
 namespace ccslice::cli {
 namespace {
@@ -25,7 +26,7 @@ constexpr const char* kFooter =
 }  // namespace
 
 Program::Program() : app("Slices Catmull-Clark solids into voxel layers, through a ccsliced server.", "ccslice") {
-  app.set_version_flag("--version", CCSLICE_VERSION);
+  app.set_version_flag("--version", kVersion);
   app.require_subcommand(1);
   app.footer(kFooter);
   app.formatter(std::make_shared<HelpFormatter>(help_columns()));

@@ -11,6 +11,7 @@
 #include "client/cli/base/text_values.h"
 #include "client/cli/commands/help.h"
 #include "core/base/roff.h"
+#include "core/base/version.h"
 
 namespace ccslice::cli {
 namespace {
@@ -127,7 +128,7 @@ std::string zsh_option(const CLI::Option& option, const std::string& name) {
 std::string manual_page(const CLI::App& app) {
   const bool program = app.get_parent() == nullptr;
   const std::string name = program ? app.get_name() : "ccslice-" + app.get_name();
-  std::string page = ".TH " + upper(name) + " 1 \"\" \"ccslice " CCSLICE_VERSION "\" \"ccslice\"\n";
+  std::string page = ".TH " + upper(name) + " 1 \"\" \"ccslice " + kVersion + "\" \"ccslice\"\n";
   page += ".SH NAME\n" + roff(name) + " \\- " + roff(app.get_description()) + "\n";
   page += ".SH SYNOPSIS\n" + bold(program ? "ccslice" : "ccslice " + app.get_name());
   page += program ? " \\fICOMMAND\\fR [\\fIOPTIONS\\fR]\n" : " [\\fIOPTIONS\\fR]";

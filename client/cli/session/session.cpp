@@ -12,6 +12,7 @@
 #include "client/cli/base/console.h"
 #include "client/cli/base/text_values.h"
 #include "core/base/echo.h"
+#include "core/base/version.h"
 
 namespace ccslice::cli {
 
@@ -200,8 +201,8 @@ void Session::start_server() {
   if (!quiet()) print_note("started " + program + " for this command alone (--no-local: don't)");
   private_server_ = std::make_unique<PrivateServer>(program, call_);
   connect_to({.address = private_server_->address()});
-  if (!quiet() && server_info_.server_version() != CCSLICE_VERSION) {
-    print_note(program + " is version " + echoed(server_info_.server_version()) + ", and this is " + CCSLICE_VERSION);
+  if (!quiet() && server_info_.server_version() != kVersion) {
+    print_note(program + " is version " + echoed(server_info_.server_version()) + ", and this is " + kVersion);
   }
 }
 

@@ -19,6 +19,7 @@ except ImportError:
     raise ImportError(
         "ccslice needs grpcio: apt-get install python3-grpcio, or pip install grpcio") from None
 
+from ._version import __version__
 from .client import Client
 from .errors import AnswerError, CallError, Error, LocalServerError
 from .layers import Layer
@@ -29,8 +30,7 @@ from .preview import Plane, Preview
 from .printing import Printing, blend, calibration, direct
 from .surface import Surface
 
-__version__ = "0.1.0"
 __all__ = [
     "AnswerError", "CallError", "Client", "Error", "Evaluation", "Layer", "LocalServerError", "Mesh", "Part",
-    "Plane", "Preview", "Printing", "Probe", "Surface", "blend", "calibration", "direct"
+    "Plane", "Preview", "Printing", "Probe", "Surface", "__version__", "blend", "calibration", "direct"
 ]

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/engine_version.h"
+#include "core/base/version.h"
 #include "server/service/base/logging.h"
 #include "server/service/scheduling/heap_trim.h"
 
@@ -132,7 +133,7 @@ void add_meshes(ServiceState& state, Families& families) {
 std::string metrics_page(ServiceState& state, std::size_t connections) {
   Families families;
   families.begin("build_info", "1, with the versions as labels.", MetricType::Gauge);
-  families.add(1.0, {{"version", CCSLICE_SERVER_VERSION}, {"engine", std::string(kEngineVersion)}});
+  families.add(1.0, {{"version", kVersion}, {"engine", std::string(kEngineVersion)}});
   add_calls(state, families);
   add_memory(state, families);
   add_meshes(state, families);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/base/engine_version.h"
+#include "core/base/version.h"
 #include "core/mesh/cell_kind.h"
 #include "core/mesh/validate.h"
 #include "core/output/encodings.h"
@@ -133,7 +134,7 @@ void write_formats(v1::GetServerInfoResponse& info) {
 }
 
 void write_info(ServiceState& state, v1::GetServerInfoResponse& info) {
-  info.set_server_version(CCSLICE_SERVER_VERSION);
+  info.set_server_version(kVersion);
   info.set_engine_version(std::string(kEngineVersion));
   write_limits(state, info);
   write_formats(info);

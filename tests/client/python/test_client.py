@@ -1069,6 +1069,8 @@ class LocalServers(unittest.TestCase):
                 self.assertNotEqual(one.address, other.address)
                 self.assertEqual(len(private_folders(self.temporary)), 2)
                 self.assertEqual(one.server_info().engine_version, other.server_info().engine_version)
+                release, own = one.server_info().server_version.split("+")[0], ccslice.__version__.split("+")[0]
+                self.assertEqual(release, own)
         finally:
             os.environ.pop("TMPDIR") if before is None else os.environ.__setitem__("TMPDIR", before)
         self.assertEqual(private_folders(self.temporary), [])
@@ -1165,11 +1167,13 @@ class Package(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", "--no-cache-dir"]
             # A copy, so that building leaves nothing in the checkout.
-            subprocess.run(["cp", "-r", "--parents", "client/python", "proto", f"{folder}"], check=True, cwd=REPOSITORY)
+            subprocess.run(["cp", "-r", "--parents", "client/python", "proto", "cmake/version.sh", "VERSION", f"{folder}"], check=True, cwd=REPOSITORY)
             source = pathlib.Path(folder) / "client/python"
             subprocess.run([*pip, "wheel", "--no-build-isolation", "--no-deps", "-w", f"{folder}/wheels", str(source)],
                            check=True)
             wheel = next(pathlib.Path(folder).glob("wheels/*.whl"))
+            release = (REPOSITORY / "VERSION").read_text().strip()  # The copy has no history that says more.
+            self.assertEqual(wheel.name, f"ccslice-{release}-py3-none-any.whl")
             subprocess.run([*pip, "install", "--no-deps", "--root-user-action=ignore", "--target", f"{folder}/site", str(wheel)], check=True)
             environment = {**os.environ, "PYTHONPATH": f"{folder}/site"}
             result = subprocess.run([sys.executable, "-c", example], env=environment, cwd=folder, text=True,
