@@ -25,6 +25,7 @@
 #include "server/rpc/server/server.h"
 #include "server/service/base/logging.h"
 #include "server/service/base/option_values.h"
+#include "server/service/base/service_manager.h"
 #include "server/service/network/access.h"
 #include "server/service/network/private_socket.h"
 #include "server/service/options/options.h"
@@ -33,7 +34,8 @@
 namespace ccslice::server {
 namespace {
 
-constexpr std::chrono::seconds kLastLines(1);  // What the log's reader has to take the last lines.
+constexpr std::chrono::seconds kLastLines(1);   // What the log's reader has to take the last lines.
+constexpr std::chrono::seconds kCancelled(10);  // What calls that are cut off may take to end, and the process.
 constexpr std::chrono::milliseconds kBeat(100);
 constexpr int kBeatsOfSweep = 10;
 
@@ -75,18 +77,26 @@ void serve_parent(const std::string& address) {
   }).detach();
 }
 
+std::string serves_on(const Server& server) { return "serves on " + server.address(); }
+
 /// Until `end`, or until it is to stop.
-void attend(Server& server, StopSignals& signals, std::chrono::steady_clock::time_point end) {
+void attend(Server& server, StopSignals& signals, const ServiceManager& manager,
+            std::chrono::steady_clock::time_point end) {
   for (int beat = 1; std::chrono::steady_clock::now() < end && !signals.wait(kBeat); ++beat) {
     server.relieve();
     if (beat % kBeatsOfSweep != 0) continue;
     server.sweep();
-    server.reload(signals.asks_to_reload());
+    const bool asked = signals.asks_to_reload();
+    if (asked) manager.say_reloading();
+    server.reload(asked);
+    if (asked) manager.say_ready(serves_on(server));
   }
 }
 
 [[noreturn]] void serve(ServerOptions options, bool privately, StopSignals& signals) {
   set_up_logging(options.log_level, options.log_format);
+  // Whatever starts a private one has its own word with the manager.
+  const ServiceManager manager(privately ? "" : process_environment("NOTIFY_SOCKET").value_or(""));
   std::unique_ptr<PrivateSocket> socket;
   if (privately) {
     socket = std::make_unique<PrivateSocket>();
@@ -96,8 +106,8 @@ void attend(Server& server, StopSignals& signals, std::chrono::steady_clock::tim
   bool stops = false;  // Already while meshes are made ready.
   Server server(options, [&] { return stops = stops || signals.wait(std::chrono::milliseconds(0)); });
   if (privately) serve_parent(server.address());
-  spdlog::info("ccsliced {} (engine {}) serves on {}: {} threads, {} bytes for meshes", kVersion,
-               kEngineVersion, server.address(), options.threads, options.cache_bytes);
+  spdlog::info("ccsliced {} (engine {}) serves on {}: {} threads, {} bytes for meshes", kVersion, kEngineVersion,
+               server.address(), options.threads, options.cache_bytes);
   for (const auto& [what, address] :
        {std::pair{"health", server.health_address()}, std::pair{"figures", server.metrics_address()}}) {
     if (!address.empty()) spdlog::info("serves {} on {}", what, address);
@@ -110,11 +120,13 @@ void attend(Server& server, StopSignals& signals, std::chrono::steady_clock::tim
     spdlog::warn("budgets come to {} bytes with what the process takes, and --memory is {}: lower one or raise that",
                  all, options.memory_bytes);
   }
-  if (!stops) attend(server, signals, std::chrono::steady_clock::time_point::max());
+  manager.say_ready(serves_on(server));
+  if (!stops) attend(server, signals, manager, std::chrono::steady_clock::time_point::max());
+  manager.say_stopping(options.drain_delay + options.shutdown_grace + kCancelled);
   if (options.drain_delay.count() > 0) {
     spdlog::info("stopping in {} ms: health says so, calls are still taken", options.drain_delay.count());
     server.say_not_serving();
-    attend(server, signals, std::chrono::steady_clock::now() + options.drain_delay);
+    attend(server, signals, manager, std::chrono::steady_clock::now() + options.drain_delay);
   }
   spdlog::info("stopping: running calls have {} ms", options.shutdown_grace.count());
   const bool all_left =
@@ -145,9 +157,7 @@ int run(const std::vector<std::string>& arguments, StopSignals& signals) {
   const ParsedOptions parsed = parse_options(arguments, process_environment, resources);
   switch (parsed.command) {
     case Command::kHelp: std::cout << help_text(resources); return 0;
-    case Command::kVersion:
-      std::cout << "ccsliced " << kVersion << " (engine " << kEngineVersion << ")\n";
-      return 0;
+    case Command::kVersion: std::cout << "ccsliced " << kVersion << " (engine " << kEngineVersion << ")\n"; return 0;
     case Command::kHealthCheck: {
       std::string explanation;
       const bool healthy = check_health(parsed.health_check_address, explanation);
@@ -156,7 +166,9 @@ int run(const std::vector<std::string>& arguments, StopSignals& signals) {
     }
     case Command::kHashToken: return hash_token(parsed.token_name, parsed.token_role);
     case Command::kServe:
-    case Command::kServePrivately: serve(parsed.options, parsed.command == Command::kServePrivately, signals);
+    case Command::kServePrivately:
+      refuse_unknown_variables(environ);
+      serve(parsed.options, parsed.command == Command::kServePrivately, signals);
   }
   return 2;
 }

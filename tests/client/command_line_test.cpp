@@ -166,6 +166,18 @@ TEST_F(CommandLine, AddressesThatAreNoneAreNamed) {
   EXPECT_THAT(process.wait().err, HasSubstr("CCSLICE_SERVER takes an address"));
 }
 
+TEST_F(CommandLine, VariablesThatNoProgramReadsAreRefused) {
+  const auto run_with = [&](const char* variable, const char* option) {
+    return Process({"/usr/bin/env", variable, CCSLICE_BINARY, "printers", option}, folder_.path()).wait();
+  };
+  const ProcessResult wrong = run_with("CCSLICE_SERVRE=localhost:1", "--json");
+  EXPECT_EQ(wrong.exit_code, cli::kExitUsage);
+  EXPECT_THAT(wrong.err, HasSubstr("CCSLICE_SERVRE; did you mean CCSLICE_SERVER?"));
+  EXPECT_THAT(wrong.out, HasSubstr("\"reason\":\"USAGE\""));
+  EXPECT_EQ(run_with("CCSLICE_SERVRE=localhost:1", "--help").exit_code, cli::kExitOk);
+  EXPECT_EQ(run_with("CCSLICE_MEMORY=1GiB", "--json").exit_code, cli::kExitOk) << "a server of its own takes it";
+}
+
 TEST_F(CommandLine, ListsPrintersWithoutAServer) {
   const ProcessResult text = run_alone({"printers"});
   EXPECT_EQ(text.exit_code, cli::kExitOk);

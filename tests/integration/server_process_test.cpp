@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <atomic>
 #include <csignal>
+#include <cstdlib>
 #include <memory>
 #include <sstream>
 #include <string>
@@ -19,6 +20,7 @@
 #include "client/client.h"
 #include "tests/integration/running_server.h"
 #include "tests/server/test_meshes.h"
+#include "tests/support/datagrams.h"
 #include "tests/support/job_parts.h"
 
 namespace ccslice::server {
@@ -27,6 +29,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
 using ::testing::Not;
 using SteadyClock = std::chrono::steady_clock;
 
@@ -42,6 +45,20 @@ v1::SliceRangeRequest slice_request(const std::string& mesh_id, double pitch_mm,
   request.mutable_job()->mutable_planes(0)->set_encoding(v1::PLANE_ENCODING_RAW);
   return request;
 }
+
+/// A variable of the environment for programs that are started meanwhile.
+class Variable {
+ public:
+  Variable(std::string name, const std::string& value) : name_(std::move(name)) {
+    setenv(name_.c_str(), value.c_str(), 1);
+  }
+  ~Variable() { unsetenv(name_.c_str()); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  std::string name_;
+};
 
 /// A stream that has begun.
 class RunningSlice {
@@ -230,7 +247,15 @@ TEST(ServerProcess, TeachesItsOptions) {
   const client::ProcessResult help = run_ccsliced({"--help"});
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_THAT(help.out, HasSubstr("CCSLICE_CACHE_BYTES"));
-  EXPECT_EQ(run_ccsliced({"--version"}).exit_code, 0);
+}
+
+TEST(ServerProcess, HasTheVersionOfTheCommandLine) {
+  const client::ProcessResult version = run_ccsliced({"--version"});
+  EXPECT_EQ(version.exit_code, 0);
+  EXPECT_THAT(version.out, MatchesRegex("ccsliced [0-9]+\\.[0-9]+\\.[0-9]+(\\+[0-9]+\\.g[0-9a-f]+)? \\(engine .*"));
+  const client::TemporaryFolder folder;
+  const std::string own = client::Process({CCSLICE_BINARY, "--version"}, folder.path()).wait().out;
+  EXPECT_THAT(version.out, HasSubstr("ccsliced " + own.substr(0, own.find('\n')) + " (engine"));
 }
 
 TEST(ServerProcess, RefusesWrongOptionsAndAddressesWithAMessage) {
@@ -244,6 +269,48 @@ TEST(ServerProcess, RefusesWrongOptionsAndAddressesWithAMessage) {
   const client::ProcessResult escaped = run_ccsliced({"--token-file", "tokens\033[31m"});
   EXPECT_EQ(escaped.exit_code, 1);
   EXPECT_THAT(escaped.err, AllOf(HasSubstr("tokens?[31m"), Not(HasSubstr("\033"))));
+}
+
+TEST(ServerProcess, RefusesVariablesThatNoProgramReads) {
+  const Variable misspelled("CCSLICE_MEMROY", "1GiB");
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{"--listen", "127.0.0.1:0"}, std::vector<std::string>{"--private"}}) {
+    const client::ProcessResult result = run_ccsliced(options);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, HasSubstr("CCSLICE_MEMROY; did you mean CCSLICE_MEMORY?"));
+  }
+  EXPECT_EQ(run_ccsliced({"--help"}).exit_code, 0) << "it teaches the right ones";
+}
+
+TEST(ServerProcess, TakesVariablesOfOtherPrograms) {
+  const Variable client("CCSLICE_SERVER", "elsewhere:1"), farm("CCSLICE_FARM_FOLDER", "/jobs");
+  RunningServer server;
+  EXPECT_FALSE(server.upload(make_block(1, 10)).empty());
+}
+
+TEST(ServerProcess, TellsItsServiceManagerWhenItServesReloadsAndStops) {
+  const Datagrams manager;
+  const Variable socket("NOTIFY_SOCKET", manager.name());
+  RunningServer server({"--drain-delay", "100ms", "--shutdown-grace", "25s"});
+  EXPECT_EQ(manager.next(5s), "READY=1\nSTATUS=serves on " + server.address());
+  server.send_signal(SIGHUP);
+  EXPECT_THAT(manager.next(5s), MatchesRegex("RELOADING=1\nMONOTONIC_USEC=[0-9]+"));
+  EXPECT_EQ(manager.next(5s), "READY=1\nSTATUS=serves on " + server.address());
+  server.send_signal(SIGTERM);
+  EXPECT_THAT(manager.next(5s), AllOf(HasSubstr("STOPPING=1\n"), HasSubstr("\nEXTEND_TIMEOUT_USEC=35100000")));
+  EXPECT_EQ(server.wait().exit_code, 0);
+  EXPECT_EQ(manager.next(0s), "") << "no more";
+}
+
+TEST(ServerProcess, ServesWithoutItsServiceManagerAndNeverPrivatelyForOne) {
+  const Variable socket("NOTIFY_SOCKET", "/nowhere/notify");
+  RunningServer server;
+  EXPECT_TRUE(server.logs("can't tell the service manager at NOTIFY_SOCKET=/nowhere/notify: No such file", 5s));
+  const Datagrams manager;
+  const Variable other("NOTIFY_SOCKET", manager.name());
+  const client::TemporaryFolder folder;
+  EXPECT_EQ(client::Process({CCSLICE_BINARY, "info", "--local"}, folder.path()).wait().exit_code, 0);
+  EXPECT_EQ(manager.next(0s), "") << "the command's own server says nothing";
 }
 
 TEST(ServerProcess, LogsJsonLines) {

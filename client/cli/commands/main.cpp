@@ -23,6 +23,7 @@
 #include "client/cli/commands/help.h"
 #include "client/cli/commands/program.h"
 #include "client/cli/meshes/numbering.h"
+#include "core/base/variables.h"
 
 namespace ccslice::cli {
 namespace {
@@ -101,6 +102,10 @@ int main(int argc, char** argv) {
     return flushed(app.exit(success));
   } catch (const CLI::ParseError& error) {
     print_failure({kExitUsage, "USAGE", describe_parse_error(app, error)}, wants_json(argc, argv));
+    return kExitUsage;
+  }
+  if (const std::string fault = ccslice::describe_unknown_variable(environ); !fault.empty()) {
+    print_failure({kExitUsage, "USAGE", fault}, wants_json(argc, argv));
     return kExitUsage;
   }
   return flushed(run(program));

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "core/base/variables.h"
 #include "server/service/base/limits.h"
 #include "server/service/base/option_values.h"
 
@@ -346,7 +347,7 @@ const std::vector<OptionSpec>& option_specs() {
 }
 
 std::string variable_of(const std::string& flag) {
-  std::string name = "CCSLICE_" + flag.substr(2);
+  std::string name = std::string(kVariablePrefix) + flag.substr(2);
   std::transform(name.begin(), name.end(), name.begin(), [](char c) {
     if (c == '-') return '_';
     return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
@@ -449,6 +450,17 @@ ConnectionLimits connection_limits(const ServerOptions& options, std::size_t des
   spdlog::warn("the limit of open files (ulimit -n) allows {} connections, {} of an address: fewer than {}",
                limits.connections, limits.per_address, options.max_connections);
   return limits;
+}
+
+void refuse_unknown_variables(const char* const* environment) {
+  const std::string fault = describe_unknown_variable(environment);
+  if (!fault.empty()) throw OptionError(fault);
+}
+
+std::vector<std::string> option_variables() {
+  std::vector<std::string> variables;
+  for (const OptionSpec& spec : option_specs()) variables.push_back(variable_of(spec.flag));
+  return variables;
 }
 
 ParsedOptions parse_options(const std::vector<std::string>& arguments, const Environment& environment,

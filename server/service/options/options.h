@@ -3,7 +3,7 @@
 //
 // What an operator may set: every option by flag (--cache-bytes 2GiB, or --cache-bytes=2GiB) and by environment
 // variable (CCSLICE_CACHE_BYTES=2GiB). The flag wins, then the variable, then the default, which follows the machine's
-// or the container's size.
+// or the container's size. Other variables of that prefix are refused (core/base/variables.h).
 
 #pragma once
 
@@ -94,6 +94,12 @@ using Environment = std::function<std::optional<std::string>(const std::string& 
 /// Throws OptionError. `arguments`: without the program's name.
 ParsedOptions parse_options(const std::vector<std::string>& arguments, const Environment& environment,
                             const Resources& resources);
+
+/// Throws OptionError if the environment has a variable of this prefix that nobody reads: most likely a misspelled one.
+void refuse_unknown_variables(const char* const* environment);
+
+/// The variable that sets an option: "CCSLICE_CACHE_BYTES" of "--cache-bytes".
+std::vector<std::string> option_variables();
 
 /// The text of --help, with the defaults that hold on this machine.
 std::string help_text(const Resources& resources);

@@ -8,12 +8,14 @@
 
 #include <map>
 
+#include "core/base/variables.h"
 #include "server/service/base/option_values.h"
 
 namespace ccslice::server {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAreArray;
 
 const Resources kMachine{.cpus = 6, .memory_bytes = 16ull << 30};
 
@@ -44,6 +46,24 @@ TEST(Options, FollowTheMachineByDefault) {
   EXPECT_EQ(options.cache_bytes, 6ull << 30);
   EXPECT_EQ(options.max_message_bytes, 4u << 20);
   EXPECT_EQ(options.listen_address, "127.0.0.1:50051") << "nothing protects it";
+}
+
+TEST(Options, VariablesAreThoseThatAllProgramsKnow) {
+  std::vector<std::string> known;
+  for (const std::string_view name : server_variables()) known.push_back(std::string(kVariablePrefix).append(name));
+  EXPECT_THAT(known, UnorderedElementsAreArray(option_variables())) << "core/base/variables.cpp lists them, too";
+}
+
+TEST(Options, RefuseMisspelledVariables) {
+  const std::vector<const char*> right = {"CCSLICE_MEMORY=1GiB", "CCSLICE_SERVER=a:1", nullptr};
+  EXPECT_NO_THROW(refuse_unknown_variables(right.data()));
+  const std::vector<const char*> wrong = {"CCSLICE_MEMROY=1GiB", nullptr};
+  try {
+    refuse_unknown_variables(wrong.data());
+    ADD_FAILURE() << "it passes";
+  } catch (const OptionError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("CCSLICE_MEMROY; did you mean CCSLICE_MEMORY?"));
+  }
 }
 
 TEST(Options, LeaveMemoryForTheProcessItself) {
