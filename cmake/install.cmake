@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # What `cmake --install` puts where, besides the programs: the client library with its headers and CMake package, the
-# contract's .proto files, and the licence. `cpack` makes a Debian package of it.
+# contract's .proto files, and the licence. deploy/debian makes packages of it.
 
 include(CMakePackageConfigHelpers)
 
@@ -31,6 +31,7 @@ if(CCSLICE_BUILD_CLIENT)
     FILES_MATCHING
     PATTERN "*.pb.h"
     PATTERN "CMakeFiles" EXCLUDE
+    PATTERN "*.dir" EXCLUDE
     PATTERN "ccslice/cli" EXCLUDE
   )
   install(
@@ -53,17 +54,14 @@ if(CCSLICE_BUILD_CLIENT)
   )
 endif()
 
+# All that is installed, for those who build nothing else.
+add_custom_target(ccslice_installed)
+if(CCSLICE_BUILD_SERVER)
+  add_dependencies(ccslice_installed ccsliced ccsliced_reference_file)
+endif()
+if(CCSLICE_BUILD_CLIENT)
+  add_dependencies(ccslice_installed ccslice ccslice_reference_files)
+endif()
+
 install(FILES "${PROJECT_SOURCE_DIR}/NOTICE" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}" RENAME copyright)
-
-set(CPACK_GENERATOR DEB)
-set(CPACK_PACKAGE_NAME ccslice)
-set(CPACK_PACKAGE_VENDOR "The ccslice authors")
-set(CPACK_PACKAGE_CONTACT "The ccslice authors")
-set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
-set(CPACK_STRIP_FILES ON)
-set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_DEBIAN_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
-include(CPack)

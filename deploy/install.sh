@@ -9,7 +9,7 @@
 #   deploy/install.sh bench          benchmarks
 #   deploy/install.sh peers          other programs that benchmarks run beside ours
 #   deploy/install.sh cad            the mesh generator of docs/from-cad.md
-#   deploy/install.sh package        making the Debian package (cpack)
+#   deploy/install.sh package        making the Debian packages (deploy/debian), and trying them
 #   deploy/install.sh containers     building and running images without a Docker engine
 #   deploy/install.sh fuzz           clang for the fuzz preset
 #   deploy/install.sh browser        the browser that opens the page of ccslice view
@@ -55,6 +55,7 @@ readonly test=(
   clang-tidy
   curl
   docker-compose
+  git
   haproxy
   imagemagick
   libgmock-dev
@@ -103,8 +104,11 @@ readonly cad=(
 )
 
 readonly packaging=(
+  debhelper
+  debootstrap
   dpkg-dev
-  file
+  lintian
+  systemd-container # What boots a Debian with services.
 )
 
 readonly containers=(
