@@ -16,6 +16,7 @@
 #   plugins   Blender's and FreeCAD's, in the real ones
 #   deploy    proxies, rolling restarts and the farm with the real programs, the long way
 #   images    the container images (deploy/check-image.sh), for which it takes root
+#   packages  the Debian packages (tests/install/check_deb.sh) and their services (check_service.sh), with root too
 #   cad       the way from CAD, as written; five meshes of tetrahedra by Gmsh against the oracles
 #   tidy      clang-tidy
 #
@@ -28,7 +29,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly all_steps=tests,jobs,meshes,fuzz,asan,tsan,load,browser,plugins,deploy,images,cad,tidy
+readonly all_steps=tests,jobs,meshes,fuzz,asan,tsan,load,browser,plugins,deploy,images,packages,cad,tidy
 steps=$all_steps
 if [[ ${1:-} == --steps ]]; then
   steps=${2:?which of $all_steps?}
@@ -163,7 +164,7 @@ images() {
 
 rm -rf "$reports"
 mkdir -p "$reports"
-run "packages" deploy/install.sh build test bench fuzz || true
+run "what it takes" deploy/install.sh build test bench fuzz || true
 
 if wants tests || wants jobs || wants meshes || wants load || wants browser || wants plugins || wants deploy ||
   wants cad; then
@@ -207,6 +208,10 @@ fi
 
 ! wants tsan || run "TSan: core, server/service" thread_sanitizer || true
 ! wants images || run "container images" images || true
+if wants packages && run "build for packages" build release ccslice_installed; then
+  run "Debian packages" tests/install/check_deb.sh build/release || true
+  run "their services" tests/install/check_service.sh build/release || true
+fi
 ! wants tidy || run "clang-tidy" tests/hygiene/check_tidy.sh || true
 
 grep -hos "^FAILED seed [0-9]*" "$reports"/random_jobs_*.txt || true
