@@ -37,6 +37,9 @@ endif()
 
 target_include_directories(ccslice_compile_options INTERFACE "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>")
 
+# Tables of functions are read-only once a program has begun: all are looked up at its start.
+target_link_options(ccslice_compile_options INTERFACE $<BUILD_INTERFACE:LINKER:-z,relro,-z,now>)
+
 if(CCSLICE_SANITIZE)
   target_compile_options(
     ccslice_compile_options
