@@ -5,10 +5,16 @@
 POD = ("spec", "template", "spec")
 FIRST = (*POD, "containers", 0)
 QUEUE, WORKER = ("StatefulSet", "ccslice-queue"), ("Deployment", "ccslice-farm-worker")
+SCALER = ("HorizontalPodAutoscaler", "ccsliced")
+CPU = {"type": "Resource", "resource": {"name": "cpu", "target": {"type": "Utilization", "averageUtilization": 70}}}
 GONE = object()
 
 # (overlay, kind, name, path, value, words of a finding). Each breaks one thing.
 BREAKS = (
+    ("farm", *SCALER, ("spec", "metrics"), [], "nobody looks at its processors"),
+    ("production", *SCALER, ("spec", "metrics", 0, "pods", "metric", "name"), "calls_waiting", "which nobody tells"),
+    ("production", *SCALER, ("spec", "metrics", 0, "pods", "target", "averageValue"), "32", "calls wait"),
+    ("affinity", *SCALER, ("spec", "metrics", 0), CPU, "which nobody tells"),
     ("dev", "Deployment", "ccsliced", (*FIRST, "livenessProbe"), GONE, "has no probe for ['liveness']"),
     ("dev", "Deployment", "ccsliced", (*FIRST, "readinessProbe", "grpc", "port"), 50051, "doesn't ask for health"),
     ("dev", "Deployment", "ccsliced", (*FIRST, "startupProbe", "failureThreshold"), 3, "6 s to start"),

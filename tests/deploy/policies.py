@@ -6,6 +6,8 @@ of an Overlay that yields what is wrong, in words."""
 import functools
 import re
 
+import yaml
+
 import queue_policies
 from objects import (MIB, ROOT, SPARE_S, Overlay, claims_of, containers_of, cpus_of, labels_of, name_of, pod_of,
                      ports_of, redis_settings, seconds_of, selected, size_of, with_name)
@@ -216,6 +218,11 @@ def ends_in_time(overlay):
 # --- The server's options ---------------------------------------------------------------------------------------------
 
 
+def adapter_names():
+    text = (ROOT / "deploy/kubernetes/components/scaling-by-waits/adapter.yaml").read_text()
+    return [rule["name"]["as"] for rule in yaml.safe_load(text)["rules"]]
+
+
 @functools.cache
 def known_variables():
     text = (ROOT / "server/service/options/options.cpp").read_text()
@@ -339,6 +346,22 @@ def replicas_told_once(overlay):
     least = {"dev": 1, "production": 3, "affinity": 3, "farm": 2, "queue": 2}[overlay.name]
     if server["minReplicas"] != least or server["maxReplicas"] <= least:
         yield f"ccsliced: {server['minReplicas']} to {server['maxReplicas']} servers"
+
+
+def scaled_by_waits(overlay):
+    """Where Prometheus reads figures, the autoscaler goes by them too, under the name that the adapter gives them."""
+    scaler = overlay.get("HorizontalPodAutoscaler", "ccsliced")
+    if not scaler:
+        return
+    metrics = scaler["spec"]["metrics"]
+    named = [one["pods"]["metric"]["name"] for one in metrics if one["type"] == "Pods"]
+    if [one["resource"]["name"] for one in metrics if one["type"] == "Resource"] != ["cpu"]:
+        yield "ccsliced: nobody looks at its processors"
+    if named != (adapter_names() if overlay.name in ("production", "affinity") else []):
+        yield f"ccsliced: scales by {named}, which nobody tells"
+    for target in (one["pods"]["target"] for one in metrics if one["type"] == "Pods"):
+        if target["type"] != "AverageValue" or not 0 < float(target["averageValue"]) < 10:
+            yield f"ccsliced: scales when {target} calls wait"
 
 
 def disruption_bounded(overlay):
@@ -496,7 +519,7 @@ def farm_complete(overlay):
 
 
 RULES = (confined, bounded, pinned, volumes_there, variables_there, probed, server_probed, ends_in_time, options_known,
-         files_mounted, identified, memory_fits, store_there, selectors_match, replicas_told_once, disruption_bounded,
+         files_mounted, identified, memory_fits, store_there, selectors_match, replicas_told_once, scaled_by_waits, disruption_bounded,
          figures_found, network_as_wanted, proxy_as_tested, farm_complete, *queue_policies.RULES)
 
 
