@@ -443,7 +443,7 @@ compose() {
   # Limits of processes that this machine allows; where one limit is set, podman sets all.
   printf 'services:\n' >"$work/override.yaml"
   printf '  %s: {ulimits: {nproc: 4096}}\n' ccsliced-1 ccsliced-2 haproxy >>"$work/override.yaml"
-  DOCKER_HOST=unix://$work/podman.sock docker-compose --project-name check-image --file deploy/compose.yaml \
+  CCSLICE_QUEUE_PASSWORD=aSecretWord1 DOCKER_HOST=unix://$work/podman.sock docker-compose --project-name check-image --file deploy/compose.yaml \
     --file "$work/override.yaml" --profile farm "$@" 9>&-
 }
 

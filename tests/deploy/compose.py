@@ -7,6 +7,8 @@ bounded, what they wait for, and the scripts in it. docker-compose has to take t
 Exit code 1 if anything is wrong, 77 if nothing is but docker-compose isn't here."""
 
 import copy
+import json
+import os
 import pathlib
 import re
 import shlex
@@ -14,11 +16,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 import yaml
 
 sys.dont_write_bytecode = True
+sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1] / "support")]
 
+from free_port import free_port  # noqa: E402
 from objects import seconds_of, size_of  # noqa: E402
 from policies import known_variables, memory_needed  # noqa: E402
 from rules import broken_rules  # noqa: E402
@@ -98,21 +103,25 @@ def servers_set_up(services):
         options = services[name]["environment"]
         if options.get("CCSLICE_MESH_STORE") != "redis://mesh-store:6379/0":
             yield f"{name}: shares no meshes"
+        folder = options.get("CCSLICE_MESH_STORE_PASSWORD_FILE", "").removesuffix("/password")
+        if f"mesh-store-password:{folder}:ro" not in services[name].get("volumes", []):
+            yield f"{name}: doesn't know the password of the store"
         if not options.get("CCSLICE_METRICS_LISTEN", "").endswith(":9464"):
             yield f"{name}: nobody can ask whether it is ready"
 
 
 def redis_bounded(services):
     for name, policy, most in (("mesh-store", "allkeys-lru", 0.8), ("queue", "noeviction", 0.5)):
-        command = shlex.split(services[name]["command"])
-        settings = dict(zip(command[1::2], command[2::2]))
+        script = services[name]["command"][-1]
+        command = shlex.split(script[script.index("exec redis-server"):].replace("\\\n", ""))
+        settings = dict(zip(command[3::2], command[4::2]))
         if settings.get("--maxmemory-policy") != policy:
             yield f"{name}: forgets by {settings.get('--maxmemory-policy')}"
         limit = most * size_of(services[name]["mem_limit"])
         if "--maxmemory" not in settings or size_of(settings["--maxmemory"]) > limit:
             yield f"{name}: takes more than its limit"
     queue = services["queue"]
-    if "queue:/data" not in queue.get("volumes", []) or "--appendonly yes" not in queue["command"]:
+    if "queue:/data" not in queue.get("volumes", []) or "--appendonly yes" not in queue["command"][-1]:
         yield "queue: is lost with its container"
 
 
@@ -121,16 +130,71 @@ def workers_set_up(services):
         one = services[name]
         if "farm-jobs:/jobs" not in one["volumes"]:
             yield f"{name}: sees no jobs"
-        if not one["environment"]["CCSLICE_FARM_BROKER"].startswith("redis://queue:6379/"):
+        if one["environment"]["CCSLICE_FARM_BROKER"] != "redis://:${CCSLICE_QUEUE_PASSWORD:-}@queue:6379/1":
             yield f"{name}: has no queue"
         if one["environment"]["CCSLICE_SERVER"] != "haproxy:50052":
             yield f"{name}: goes around the proxy"
 
 
+def script_of(command, folder):
+    """With folders of this test's for those of the container."""
+    places = {"$$": "$", "/tmp/": f"{folder}/made-", "/etc/ccslice": str(folder), "/data": str(folder)}
+    text = command[-1]
+    for place, mine in places.items():
+        text = text.replace(place, mine)
+    return [*command[:-1], text]
+
+
 def run_script(command, folder):
-    """As a container would, but for the program at the end; folders are this test's."""
-    text = command[-1].replace("$$", "$").replace("/tmp/", f"{folder}/made-").replace("/etc/ccslice", str(folder))
-    subprocess.run([*command[:-1], re.sub(r"^exec .*", "", text, flags=re.MULTILINE)], check=True)
+    """As a container would, but for the program at the end."""
+    *shell, text = script_of(command, folder)
+    subprocess.run([*shell, re.sub(r"^exec .*", "", text, flags=re.MULTILINE)], check=True)
+
+
+def redis_answers(service, folder, password):
+    """What Redis says to whoever knows no password, and whether it is healthy, once it answers."""
+    port = free_port()
+    *shell, text = script_of(service["command"], folder)
+    environment = {**os.environ, "QUEUE_PASSWORD": password}
+    server = subprocess.Popen([*shell, text.replace("--appendonly", f"--port {port} --bind 127.0.0.1 --appendonly", 1)],
+                              env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    try:
+        for _ in range(100):
+            said = subprocess.run(["redis-cli", "-p", str(port), "ping"], text=True, capture_output=True).stdout
+            if said or server.poll() is not None:
+                break
+            time.sleep(0.05)
+        *_, health = script_of(service["healthcheck"]["test"], folder)
+        healthy = subprocess.run(health.replace("redis-cli", f"redis-cli -p {port}"), shell=True, env=environment,
+                                 capture_output=True).returncode == 0
+        running = server.poll() is None
+    finally:
+        server.terminate()
+        complaint = server.communicate()[1]
+    return said if running else complaint, healthy
+
+
+def redis_locked(services):
+    """Both want a password: that of meshes the one that it made at its first start, the other one that it was given."""
+    if not shutil.which("redis-server"):
+        print("not looked at: Redis, which isn't here")
+        return
+    with tempfile.TemporaryDirectory() as temporary:
+        folders = [pathlib.Path(temporary) / name for name in ("mesh-store", "queue")]
+        for folder, password in zip(folders, ("", "aSecretWord1")):
+            folder.mkdir()
+            for _ in range(2):
+                said, healthy = redis_answers(services[folder.name], folder, password)
+                if "NOAUTH" not in said or not healthy:
+                    yield f"{folder.name}: answers {said!r}, and is {'' if healthy else 'not '}healthy"
+                kept = folder / "password"
+                password = password or kept.read_text()
+        if not re.fullmatch(r"[0-9a-f]{48}", kept_word := (folders[0] / "password").read_text()):
+            yield f"mesh-store: its password is {kept_word!r}"
+        for bad in ("", "a/word", "a@word"):
+            said, healthy = redis_answers(services["queue"], folders[1], bad)
+            if "takes letters and digits" not in said or healthy:
+                yield f"queue: takes the password {bad!r}, and says {said!r}"
 
 
 def scripts_work(services):
@@ -183,9 +247,12 @@ BREAKS = (
     ("ccsliced-1", ("environment", "CCSLICE_DRAIN_DELAY"), "30s", "delay and grace"),
     ("ccsliced-1", ("environment", "CCSLICE_MESH_STORE"), GONE, "shares no meshes"),
     ("ccsliced-1", ("environment", "CCSLICE_MESHSTORE"), "x", "no option"),
+    ("ccsliced-1", ("environment", "CCSLICE_MESH_STORE_PASSWORD_FILE"), GONE, "doesn't know the password"),
+    ("ccsliced-2", ("volumes",), [], "doesn't know the password"),
+    ("worker-1", ("environment", "CCSLICE_FARM_BROKER"), "redis://queue:6379/1", "has no queue"),
     ("ccsliced-1", ("build", "target"), "slim", "isn't what is built"),
     ("mesh-store", ("image",), "redis:7", "has no version"),
-    ("mesh-store", ("command",), "redis-server", "takes more than its limit"),
+    ("mesh-store", ("command",), ["sh", "-c", "exec redis-server /tmp/redis.conf"], "takes more than its limit"),
     ("mesh-store", ("healthcheck",), GONE, "nobody asks"),
     ("queue", ("volumes",), [], "lost with its container"),
     ("haproxy", ("user",), "0:0", "is root"),
@@ -216,15 +283,18 @@ def check_breaks(services):
 
 def check_docker_compose(program, services):
     """It takes the file. Debian's lists all services, whatever the profile."""
+    password = "aSecretWord1"
+    given = json.loads(json.dumps(services).replace("${CCSLICE_QUEUE_PASSWORD:-}", password))
     for profile in PROFILES:
-        done = subprocess.run([program, "--file", FILE, "--profile", profile, "config"], text=True, capture_output=True)
+        done = subprocess.run([program, "--file", FILE, "--profile", profile, "config"], text=True, capture_output=True,
+                              env={**os.environ, "CCSLICE_QUEUE_PASSWORD": password})
         if done.returncode or done.stderr:
             yield f"docker-compose: {done.stderr}"
             continue
         taken = yaml.safe_load(done.stdout)["services"]
         for name in PROFILES[profile]:
             if {key: taken[name].get(key) for key in ("image", "environment", "mem_limit")} != {
-                    key: services[name].get(key) for key in ("image", "environment", "mem_limit")}:
+                    key: given[name].get(key) for key in ("image", "environment", "mem_limit")}:
                 yield f"docker-compose understands {name} otherwise: {taken[name]}"
 
 
@@ -232,7 +302,7 @@ def main():
     document = yaml.safe_load(FILE.read_text())
     services = document["services"]
     found = [*findings(services), *volumes_there(services, document["volumes"]), *scripts_work(services),
-             *check_breaks(services)]
+             *redis_locked(services), *check_breaks(services)]
     program = shutil.which("docker-compose")
     if program:
         found += check_docker_compose(program, services)
