@@ -4,6 +4,7 @@
 folder. Both keep their messages when they are killed."""
 
 import base64
+import contextlib
 import json
 import os
 import shutil
@@ -33,6 +34,23 @@ def program(name):
 def listens(port):
     with socket.socket() as tried:
         return tried.connect_ex(("127.0.0.1", port)) == 0
+
+
+@contextlib.contextmanager
+def running(command, port, log):
+    """Another program, once it listens on the port; what it says goes into the file `log`."""
+    with open(log, "wb") as output:
+        process = subprocess.Popen(command, stdout=output, stderr=output)
+    try:
+        end = time.monotonic() + _START_S
+        while not listens(port):
+            if process.poll() is not None or time.monotonic() > end:
+                raise RuntimeError(f"{command[0]} doesn't start: {log.read_text()[-2000:]}")
+            time.sleep(0.05)
+        yield
+    finally:
+        process.terminate()
+        process.wait()
 
 
 class _Broker:

@@ -33,8 +33,10 @@ FILE = ROOT / "deploy/compose.yaml"
 PROFILES = {
     "one": {"ccsliced"},
     "farm": {"ccsliced-1", "ccsliced-2", "mesh-store", "queue", "haproxy", "prometheus", "worker-1", "worker-2"},
+    "watch": {"grafana"},
 }
-PORTS = {"ccsliced": "127.0.0.1:50051:50051", "haproxy": "127.0.0.1:50052:50052", "prometheus": "127.0.0.1:9090:9090"}
+PORTS = {"ccsliced": "127.0.0.1:50051:50051", "haproxy": "127.0.0.1:50052:50052", "prometheus": "127.0.0.1:9090:9090",
+         "grafana": "127.0.0.1:3000:3000"}
 SERVERS = ("ccsliced", "ccsliced-1", "ccsliced-2")
 SKIPPED = 77
 
@@ -197,6 +199,24 @@ def redis_locked(services):
                 yield f"queue: takes the password {bad!r}, and says {said!r}"
 
 
+def grafana_provisioned(services):
+    """It has what deploy/grafana names, and nobody may change anything."""
+    one = services["grafana"]
+    options = one["environment"]
+    if options.get("GF_AUTH_ANONYMOUS_ORG_ROLE") != "Viewer" or (
+            options.get("GF_SECURITY_DISABLE_INITIAL_ADMIN_CREATION") != "true"):
+        yield "grafana: somebody may change it"
+    folders = {volume.split(":")[1]: volume.split(":")[0] for volume in one["volumes"]}
+    if folders.get("/etc/grafana/provisioning") != "./grafana/provisioning":
+        yield "grafana: isn't provisioned"
+    provider, = yaml.safe_load((ROOT / "deploy/grafana/provisioning/dashboards/ccslice.yaml").read_text())["providers"]
+    if folders.get(provider["options"]["path"]) != "./grafana/dashboards":
+        yield f"grafana: finds no dashboards in {provider['options']['path']}"
+    source, = yaml.safe_load((ROOT / "deploy/grafana/provisioning/datasources/prometheus.yaml").read_text())["datasources"]
+    if source["url"] != "http://prometheus:9090" or "prometheus" not in services:
+        yield f"grafana: asks {source['url']}"
+
+
 def scripts_work(services):
     """HAProxy and Prometheus take what the scripts make of files that are tested."""
     with tempfile.TemporaryDirectory() as temporary:
@@ -234,7 +254,8 @@ def volumes_there(services, volumes):
                 yield f"{name}: there is no volume {source}"
 
 
-RULES = (confined, in_profiles, images_known, waits_for_health, servers_set_up, redis_bounded, workers_set_up)
+RULES = (confined, in_profiles, images_known, waits_for_health, servers_set_up, redis_bounded, workers_set_up,
+         grafana_provisioned)
 
 # (service, path, value, words of a finding). Each breaks one thing.
 GONE = object()
@@ -249,6 +270,8 @@ BREAKS = (
     ("ccsliced-1", ("environment", "CCSLICE_MESHSTORE"), "x", "no option"),
     ("ccsliced-1", ("environment", "CCSLICE_MESH_STORE_PASSWORD_FILE"), GONE, "doesn't know the password"),
     ("ccsliced-2", ("volumes",), [], "doesn't know the password"),
+    ("grafana", ("environment", "GF_AUTH_ANONYMOUS_ORG_ROLE"), "Admin", "may change it"),
+    ("grafana", ("volumes", 1), "./grafana/dashboards:/dashboards:ro", "finds no dashboards"),
     ("worker-1", ("environment", "CCSLICE_FARM_BROKER"), "redis://queue:6379/1", "has no queue"),
     ("ccsliced-1", ("build", "target"), "slim", "isn't what is built"),
     ("mesh-store", ("image",), "redis:7", "has no version"),

@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 # SPDX-FileCopyrightText: The ccslice authors
 # SPDX-License-Identifier: Apache-2.0
-"""What deploy/ ships, with the real programs on loopback: alerts with promtool, proxies in front of three servers, which
-are restarted one by one, large meshes and long calls through proxies, the farm's queue with workers and servers that are
+"""What deploy/ ships, with the real programs on loopback: alerts with promtool, a Prometheus that reads a server and has
+what the dashboard shows (watching), a mesh store in a Redis with TLS, proxies in front of three servers, which are
+restarted one by one, large meshes and long calls through proxies, the farm's queue with workers and servers that are
 killed and with all else that goes wrong, two customers' jobs in it, and a cluster of Slurm.
 
-    run.py CCSLICED CCSLICE [--parts alerts,nginx,haproxy,rolling,passing,farm-redis,farm-rabbitmq,jobs,slurm,turns,faults] [--long]
+    run.py CCSLICED CCSLICE [--parts PART,...] [--long]
 
 Ends with a table. Exit code 1 if a line of it fails."""
 
@@ -35,7 +36,9 @@ import farm_faults  # noqa: E402
 import farm_jobs  # noqa: E402
 import farm_trial  # noqa: E402
 import farm_turns  # noqa: E402
+import redis_tls  # noqa: E402
 import slurm  # noqa: E402
+import watching  # noqa: E402
 from brokers import listens, program  # noqa: E402
 from certificates import make_certificates  # noqa: E402
 from ccsliced_process import Server  # noqa: E402
@@ -43,7 +46,8 @@ from free_port import free_port  # noqa: E402
 from waiting import wait_for  # noqa: E402
 
 BESIDE_OTHER_WORK_S = 20  # Bars of time are for --long, on a machine that does nothing else.
-PARTS = ("alerts", "nginx", "haproxy", "rolling", "passing", "farm-redis", "farm-rabbitmq", "jobs", "slurm", "turns", "faults")
+PARTS = ("alerts", "watching", "redis-tls", "nginx", "haproxy", "rolling", "passing", "farm-redis", "farm-rabbitmq", "jobs", "slurm",
+         "turns", "faults")
 MESHES, CALLS = 20, 200
 rows = []
 
@@ -438,6 +442,10 @@ def main():
         if "alerts" in parts:
             try_alerts()
             try_metrics(arguments.ccsliced, folder)
+        if "watching" in parts:
+            watching.run(row, arguments.ccsliced, ccslice, make_meshes, folder)
+        if "redis-tls" in parts:
+            redis_tls.run(row, arguments.ccsliced, ccslice, make_meshes(ccslice)[0], folder)
         for name, proxy in (("nginx", nginx), ("haproxy", haproxy)):
             if name in parts:
                 try_affinity(name, proxy, arguments.ccsliced, ccslice, folder, arguments.long)

@@ -260,18 +260,33 @@ TEST_F(IdentityTest, HealthHasAPortOfItsOwn) {
   EXPECT_EQ(info(*stub, "").code, grpc::StatusCode::UNIMPLEMENTED);
 }
 
+TEST(MetricsPage, TellsWhenCertificatesEnd) {
+  TestServer server;
+  const std::string page =
+      metrics_page(server.server().state(), {.ends = {.certificate_s = 1'800'000'000, .client_authority_s = 0}});
+  EXPECT_NE(page.find("ccslice_tls_certificate_expiry_timestamp_seconds{file=\"certificate\"} 1800000000\n"),
+            std::string::npos)
+      << page;
+  EXPECT_EQ(page.find("client_authority"), std::string::npos);
+}
+
 TEST(MetricsPage, TellsWhatHappened) {
   TestServer server;
   const std::string id = server.upload_good(make_block(2, 10));
   ASSERT_TRUE(server.slice(slice_request(id, 1, 0, 3)).status.ok());
   EXPECT_EQ(server.slice_failure(slice_request(id, 1, 0, 0)).reason, "LAYER_RANGE_EMPTY");
-  const std::string page = metrics_page(server.server().state(), 7);
+  const std::string page = metrics_page(server.server().state(), {.connections = 7});
   for (const char* line :
        {"ccslice_calls_total{method=\"SliceRange\",reason=\"OK\"} 1",
         "ccslice_calls_total{method=\"SliceRange\",reason=\"LAYER_RANGE_EMPTY\"} 1", "ccslice_layers_total 3",
         "ccslice_cache_meshes 1", "ccslice_connections 7", "ccslice_preparations_total{outcome=\"prepared\"} 1",
-        "ccslice_first_layer_seconds_count 1", "ccslice_calls_running 0"}) {
+        "ccslice_calls_total{method=\"Preview\",reason=\"OK\"} 0", "ccslice_first_layer_seconds_count 1",
+        "ccslice_queue_seconds_count{awaited=\"place\"} 3", "ccslice_queue_seconds_count{awaited=\"memory\"} 1",
+        "ccslice_calls_running 0", "ccslice_calls_waiting_for_memory 0", "ccslice_preparations_waiting 0"}) {
     EXPECT_NE(page.find(std::string(line) + "\n"), std::string::npos) << line << "\n" << page;
+  }
+  for (const char* absent : {"ccslice_store_up", "ccslice_tls_certificate"}) {
+    EXPECT_EQ(page.find(absent), std::string::npos) << absent;
   }
   EXPECT_EQ(page.find(id), std::string::npos);
   EXPECT_EQ(page.find("127.0.0.1"), std::string::npos);

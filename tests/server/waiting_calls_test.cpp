@@ -355,8 +355,15 @@ class PointTalksWithoutMemory : public PointTalks {
 
 TEST_F(PointTalksWithoutMemory, WaitForIt) {
   const auto call = waiting_for_memory();
+  EXPECT_EQ(admission().waiting_for_memory(), 1u);
+  const DurationHistogram::Counts before = state().metrics.seconds_for_memory.counts();
+  std::this_thread::sleep_for(100ms);
   all_.give_back();
   EXPECT_NEAR(call->read().value_or(0), 3, 1e-5);
+  const DurationHistogram::Counts after = state().metrics.seconds_for_memory.counts();
+  EXPECT_GE(after.sum_s, before.sum_s + 0.1);
+  EXPECT_GT(after.all, before.all);
+  EXPECT_LT(state().metrics.seconds_for_place.counts().sum_s, 0.1);
   EXPECT_TRUE(call->finish().ok());
   expect_nothing_is_held();
 }

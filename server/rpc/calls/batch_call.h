@@ -191,7 +191,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     Base::ask_for_place(
         [this, self = this->shared_from_this(), since = Clock::now()](const std::exception_ptr& refusal) {
           Hold held(mutex_);
-          if (!refusal && !is_over_ && !std::exchange(had_place_, true)) log_.note_place(Clock::now() - since);
+          if (!is_over_ && !std::exchange(had_place_, true)) log_.note_wait(Awaited::kPlace, Clock::now() - since);
           decided(held, refusal);
         });
     if (cancel_.cancelled()) leave_queue();  // Cancelled before there was anything to leave.

@@ -103,10 +103,8 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   template <class Begin>
   void when_admitted(Begin begin, bool is_long = false) {
     const auto decided = [self = this->shared_from_this(), begin](const std::exception_ptr& refusal) {
-      if (!refusal) {
-        self->log_.note_place(self->log_.elapsed());
-        return begin();
-      }
+      self->log_.note_wait(Awaited::kPlace, self->log_.elapsed());
+      if (!refusal) return begin();
       self->refuse(to_status(refusal));
     };
     state_.admission.request(place_, decided, is_long);
@@ -118,13 +116,21 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   /// Memory for a call that runs, for one that shed its own, and for one that gave way: admission.h. `decided` keeps
   /// the call alive.
   void ask_for_memory(Admission::Memory memory, Admission::Decision decided) {
-    state_.admission.request_memory(place_, std::move(memory), std::move(decided));
+    state_.admission.request_memory(place_, std::move(memory), noting(Awaited::kMemory, std::move(decided)));
   }
   void resume(Admission::Memory memory, Admission::Decision decided) {
-    state_.admission.resume(place_, std::move(memory), std::move(decided));
+    state_.admission.resume(place_, std::move(memory), noting(Awaited::kMemory, std::move(decided)));
   }
   void wait_again(Admission::Memory memory, Admission::Decision decided) {
-    state_.admission.wait_again(place_, std::move(memory), std::move(decided));
+    state_.admission.wait_again(place_, std::move(memory), noting(Awaited::kMemory, std::move(decided)));
+  }
+  /// `decided`, and a note of how long it was waited for.
+  Admission::Decision noting(Awaited awaited, Admission::Decision decided) {
+    return [self = this->shared_from_this(), awaited, decided = std::move(decided),
+            since = std::chrono::steady_clock::now()](const std::exception_ptr& refusal) {
+      self->log_.note_wait(awaited, std::chrono::steady_clock::now() - since);
+      decided(refusal);
+    };
   }
   /// Stops waiting for memory.
   void leave_memory_queue() { state_.admission.leave_memory_queue(place_); }
@@ -165,7 +171,7 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
           };
           if (!loaded.empty()) self->note_meshes(loaded);
           if (error || !asks_again) return go_on(nullptr);
-          self->ask_for_place(go_on);
+          self->ask_for_place(self->noting(Awaited::kPlace, go_on));
           // Stopped just when there was no longer anything to stop, and nothing to leave yet.
           if (self->stopped_loading_ && self->state_.admission.leave_queue(self->place_)) {
             go_on(std::make_exception_ptr(Error(ErrorCode::kCancelled, "")));

@@ -104,10 +104,10 @@ void CallLog::note_layers(std::uint32_t first, std::uint32_t count) {
   noted_.push_back({"layers", std::uint64_t{count}});
 }
 
-void CallLog::note_place(std::chrono::nanoseconds waited) {
-  metrics_.seconds_in_queue.add(waited);
+void CallLog::note_wait(Awaited awaited, std::chrono::nanoseconds waited) {
+  (awaited == Awaited::kPlace ? metrics_.seconds_for_place : metrics_.seconds_for_memory).add(waited);
   const std::lock_guard lock(mutex_);
-  noted_.push_back({"queue_ms", ms_of(waited)});
+  waited_ = waited_.value_or(std::chrono::nanoseconds(0)) + waited;
 }
 
 std::vector<LogField> CallLog::fields_locked(const grpc::Status& status) const {
@@ -120,6 +120,7 @@ std::vector<LogField> CallLog::fields_locked(const grpc::Status& status) const {
                                   {"request_id", request_id_}};
   if (!trace_id_.empty()) fields.push_back({"trace_id", trace_id_});
   if (bytes_ > 0) fields.push_back({"bytes", bytes_});
+  if (waited_) fields.push_back({"queue_ms", ms_of(*waited_)});
   fields.insert(fields.end(), noted_.begin(), noted_.end());
   return fields;
 }

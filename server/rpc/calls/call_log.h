@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,9 @@
 #include "server/service/base/metrics.h"
 
 namespace ccslice::server {
+
+/// What calls wait for.
+enum class Awaited { kPlace, kMemory };
 
 /// Thread-safe. `method` is a literal.
 class CallLog {
@@ -35,8 +39,8 @@ class CallLog {
   void note_mesh(const std::string& mesh_id);
   void note_layers(std::uint32_t first, std::uint32_t count);
   void add_bytes(std::uint64_t bytes);
-  /// How long the call has waited for its place, the first one of several.
-  void note_place(std::chrono::nanoseconds waited);
+  /// How long the call has waited, once more.
+  void note_wait(Awaited awaited, std::chrono::nanoseconds waited);
   /// Failures that are the server's own are errors; everything else is information.
   void finish(const grpc::Status& status) const;
 
@@ -54,6 +58,7 @@ class CallLog {
   std::string notes_;
   std::vector<LogField> noted_;
   std::uint64_t bytes_ = 0;
+  std::optional<std::chrono::nanoseconds> waited_;  // In all.
 };
 
 /// The trace-id of a W3C traceparent, the second part of "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01";

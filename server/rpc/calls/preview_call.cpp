@@ -202,18 +202,17 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   /// `ask` asks for what is waited for, a place to begin with, with what decided() follows.
   template <typename Ask>
-  void wait_for_admission(std::unique_lock<std::mutex>& lock, const Ask& ask) {
+  void wait_for_admission(std::unique_lock<std::mutex>& lock, Awaited awaited, const Ask& ask) {
     doing_ = Doing::kAdmission;
     if (!work_place_) work_place_.emplace(state_.admission, client_);
     lock.unlock();
-    ask([self = std::static_pointer_cast<PreviewCall>(shared_from_this())](const std::exception_ptr& refusal) {
-      self->decided(refusal);
-    });
+    ask(noting(awaited, [self = std::static_pointer_cast<PreviewCall>(shared_from_this())](
+                            const std::exception_ptr& refusal) { self->decided(refusal); }));
     lock.lock();
     if (stopped_) leave_admission(lock, status_of_stop());  // Stopped before there was anything to leave.
   }
   void ask_for_place(std::unique_lock<std::mutex>& lock) {
-    wait_for_admission(lock,
+    wait_for_admission(lock, Awaited::kPlace,
                        [this](Admission::Decision then) { state_.admission.request(*work_place_, std::move(then)); });
   }
   /// For a picture that is to be painted again. Meanwhile the call holds nothing that others could wait for. `resumes`:
@@ -221,13 +220,14 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
   void ask_for_memory(std::unique_lock<std::mutex>& lock, std::uint64_t bytes, bool resumes) {
     again_ = true;
     std::shared_ptr<PreviewPainter> without = std::exchange(painter_, new_painter());
-    wait_for_admission(lock, [this, bytes, resumes, &without, painter = painter_](Admission::Decision then) {
-      without = nullptr;
-      Admission::Memory memory{.reserve = [painter, bytes] { return painter->reserve(bytes); },
-                               .is_short = painter->is_short(bytes)};
-      if (resumes) return state_.admission.resume(*work_place_, std::move(memory), std::move(then));
-      state_.admission.request_memory(*work_place_, std::move(memory), std::move(then));
-    });
+    wait_for_admission(lock, Awaited::kMemory,
+                       [this, bytes, resumes, &without, painter = painter_](Admission::Decision then) {
+                         without = nullptr;
+                         Admission::Memory memory{.reserve = [painter, bytes] { return painter->reserve(bytes); },
+                                                  .is_short = painter->is_short(bytes)};
+                         if (resumes) return state_.admission.resume(*work_place_, std::move(memory), std::move(then));
+                         state_.admission.request_memory(*work_place_, std::move(memory), std::move(then));
+                       });
   }
 
   /// Ends the call where it waits for a place or memory.

@@ -34,6 +34,9 @@ inline std::chrono::milliseconds mark_every(const MeshStoreOptions& store) {
   return std::min<std::chrono::milliseconds>(kUsual, std::chrono::seconds(store.time_to_live_s) / 4);
 }
 
+/// Well within the minutes after which somebody is called.
+inline constexpr std::chrono::milliseconds kCheckStoreEvery(10'000);
+
 /// Without a token file everybody may do everything.
 inline Access make_access(const ServerOptions& options) {
   return options.token_file.empty() ? Access() : Access(options.token_file);
@@ -64,7 +67,8 @@ struct ServiceState {
     if (options.mesh_store.place) {
       store = std::make_unique<StoredMeshes>(open_mesh_store(options.mesh_store), uploads,
                                              StoredMeshes::Options{.max_mesh_bytes = options.max_mesh_bytes,
-                                                                   .mark_every = mark_every(options.mesh_store)});
+                                                                   .mark_every = mark_every(options.mesh_store),
+                                                                   .check_every = kCheckStoreEvery});
     }
     max_triangles = std::min(kMaxTriangles, options.stream_window_bytes / triangle_memory_bytes(/*channels=*/0));
   }

@@ -5,13 +5,21 @@
 
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "server/rpc/calls/service_state.h"
+#include "server/service/network/certificates.h"
 
 namespace ccslice::server {
 
+/// What the server knows besides.
+struct NetworkFigures {
+  std::size_t connections = 0;
+  CertificateEnds ends{};
+};
+
 /// All figures in Prometheus' text format.
-[[nodiscard]] std::string metrics_page(ServiceState& state, std::size_t connections);
+[[nodiscard]] std::string metrics_page(ServiceState& state, const NetworkFigures& network);
 
 }  // namespace ccslice::server

@@ -198,7 +198,10 @@ std::shared_ptr<grpc::ServerCredentials> Server::credentials() const {
 
 void Server::serve_figures() {
   metrics_ = std::make_unique<HttpServer>(state_.options.metrics_address, [this](const std::string& path) {
-    if (path == "/metrics") return HttpAnswer{.text = metrics_page(state_, listener_.connections().size())};
+    if (path == "/metrics") {
+      const CertificateEnds ends = certificates_ ? certificates_->ends() : CertificateEnds();
+      return HttpAnswer{.text = metrics_page(state_, {.connections = listener_.connections().size(), .ends = ends})};
+    }
     if (path == "/healthz") return HttpAnswer{.text = "alive\n"};
     if (path == "/readyz")
       return ready_ ? HttpAnswer{.text = "ready\n"} : HttpAnswer{.status = 503, .text = "stopping\n"};

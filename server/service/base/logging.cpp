@@ -153,7 +153,7 @@ class DescriptorSink final : public spdlog::sinks::base_sink<std::mutex> {
 struct Log {
   std::shared_ptr<spdlog::details::thread_pool> queue;
   std::shared_ptr<DescriptorSink> sink;
-  std::shared_ptr<spdlog::async_logger> logger, audit;
+  std::shared_ptr<spdlog::async_logger> logger, audit;  // The second one writes at every level.
 };
 
 Log& current_log() {

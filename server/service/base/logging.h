@@ -34,7 +34,8 @@ struct LogField {
 /// Logs a line with fields; plain lines leave them out.
 void log_with_fields(LogLevel level, std::string_view message, const std::vector<LogField>& fields);
 
-/// What who watches over the server wants to know: {"event": "audit", "action": ...}, whatever the log's level.
+/// Who changed what, and who was refused: {"event": "audit", "action": ...}. Such lines have the level info, and are
+/// written whatever the log's level is.
 void log_audit(const std::string& action, const std::string& message, std::vector<LogField> fields);
 
 /// Lines that were lost so far.

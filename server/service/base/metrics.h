@@ -53,7 +53,8 @@ class CallCounts {
 
 struct Metrics {
   CallCounts calls;
-  DurationHistogram seconds_in_queue;        // From the call's begin to its place; of points, from the first batch.
+  DurationHistogram seconds_for_place;       // Waits of calls, also those that ended in a refusal: for a place among
+  DurationHistogram seconds_for_memory;      // the running ones, and for memory to work in.
   DurationHistogram seconds_to_first_layer;  // From the begin of a SliceRange.
   DurationHistogram seconds_in_all;          // Of all calls but previews and points, whose clients decide, and polls.
   std::atomic<std::uint64_t> layers{0}, voxels{0}, layer_bytes{0};  // Layers on their way to clients.

@@ -87,6 +87,15 @@ bool is_name_of_temporary(const fs::path& path) {
          name.ends_with(kTemporaryEnd) && is_name_of_mesh(path.parent_path() / name.substr(1, kDigits));
 }
 
+/// 0, or why not.
+int try_to_make_a_file(const fs::path& folder) {
+  const fs::path probe = folder / (".probe." + std::to_string(::getpid()));
+  const Descriptor made(::open(probe.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
+  if (!made && errno != EEXIST) return errno;
+  if (made) ::unlink(probe.c_str());
+  return 0;
+}
+
 void mark_used(int descriptor) {
   (void)::futimens(descriptor, nullptr);  // Where we may not, others' uses keep it.
 }
@@ -97,13 +106,14 @@ FolderStore::FolderStore(fs::path folder, std::uint64_t most_bytes)
     : folder_(std::move(folder)), most_bytes_(most_bytes) {
   std::error_code error;
   fs::create_directories(folder_, error);
-  const fs::path probe = folder_ / (".probe." + std::to_string(::getpid()));
-  const Descriptor made(::open(probe.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
-  if (!made && errno != EEXIST) {
-    throw std::runtime_error("--mesh-store: files can't be made in " + folder_.string() + ": " + std::strerror(errno) +
+  if (const int why = try_to_make_a_file(folder_); why != 0) {
+    throw std::runtime_error("--mesh-store: files can't be made in " + folder_.string() + ": " + std::strerror(why) +
                              ". Give the server's user the folder, or name another one");
   }
-  if (made) ::unlink(probe.c_str());
+}
+
+void FolderStore::check() {
+  if (const int why = try_to_make_a_file(folder_); why != 0) fail("make files in", folder_, why);
 }
 
 fs::path FolderStore::path_of(const std::string& mesh_id) const {

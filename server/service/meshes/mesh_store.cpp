@@ -3,6 +3,7 @@
 
 #include "server/service/meshes/mesh_store.h"
 
+#include <algorithm>
 #include <charconv>
 #include <fstream>
 
@@ -12,13 +13,21 @@
 namespace ccslice::server {
 namespace {
 
-constexpr std::string_view kFolderScheme = "dir:", kRedisScheme = "redis://";
+constexpr std::string_view kFolderScheme = "dir:", kRedisScheme = "redis://", kTlsScheme = "rediss://";
 constexpr int kRedisPort = 6379, kMostPorts = 65535, kMostDatabases = 65535;
 
 [[noreturn]] void refuse_place() {
   throw std::invalid_argument(
-      "dir:FOLDER, such as dir:/srv/meshes, or redis://HOST:PORT/DATABASE, such as redis://localhost:6379/0 (the "
+      "dir:FOLDER, such as dir:/srv/meshes, or redis://USER@HOST:PORT/DATABASE, such as redis://localhost:6379/0 (the "
       "password stands in a file, CCSLICE_MESH_STORE_PASSWORD_FILE)");
+}
+
+/// hiredis 0.14, which is Debian 12's, speaks no TLS.
+[[noreturn]] void refuse_tls() {
+  throw std::invalid_argument(
+      "dir:FOLDER or redis://HOST:PORT/DATABASE, and no rediss://: for TLS run a proxy beside the server that speaks "
+      "it "
+      "(deploy/proxies/redis-tls.cfg), and name that, such as redis://localhost:6380/0");
 }
 
 int parse_number(std::string_view text, int least, int most) {
@@ -26,6 +35,12 @@ int parse_number(std::string_view text, int least, int most) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || end != text.data() + text.size() || number < least || number > most) refuse_place();
   return number;
+}
+
+/// Of a name that a password follows (USER:PASSWORD@) nothing may be taken: it would show in the log.
+bool is_user(std::string_view text) {
+  return !text.empty() &&
+         std::ranges::all_of(text, [](char c) { return c > ' ' && c <= '~' && c != ':' && c != '/' && c != '@'; });
 }
 
 /// HOST, HOST:PORT, [IPV6] or [IPV6]:PORT.
@@ -60,8 +75,14 @@ MeshStorePlace parse_mesh_store(const std::string& text) {
     if (place.folder.empty()) refuse_place();
     return place;
   }
-  if (!text.starts_with(kRedisScheme) || text.find('@') != std::string::npos) refuse_place();
-  const std::string_view rest = std::string_view(text).substr(kRedisScheme.size());
+  if (text.starts_with(kTlsScheme)) refuse_tls();
+  if (!text.starts_with(kRedisScheme)) refuse_place();
+  std::string_view rest = std::string_view(text).substr(kRedisScheme.size());
+  if (const std::size_t at = rest.find('@'); at != std::string_view::npos) {
+    place.user = rest.substr(0, at);
+    if (!is_user(place.user)) refuse_place();
+    rest.remove_prefix(at + 1);
+  }
   const std::size_t slash = rest.find('/');
   place.port = kRedisPort;
   parse_host(rest.substr(0, slash), place);
@@ -74,7 +95,8 @@ MeshStorePlace parse_mesh_store(const std::string& text) {
 std::string show_mesh_store(const MeshStorePlace& place) {
   if (!place.folder.empty()) return std::string(kFolderScheme) + place.folder;
   const bool is_ipv6 = place.host.find(':') != std::string::npos;
-  return std::string(kRedisScheme) + (is_ipv6 ? "[" + place.host + "]" : place.host) + ":" +
+  const std::string user = place.user.empty() ? "" : place.user + "@";
+  return std::string(kRedisScheme) + user + (is_ipv6 ? "[" + place.host + "]" : place.host) + ":" +
          std::to_string(place.port) + "/" + std::to_string(place.database);
 }
 
@@ -82,6 +104,9 @@ std::unique_ptr<MeshStore> open_mesh_store(const MeshStoreOptions& options) {
   const MeshStorePlace& place = *options.place;
   if (!place.folder.empty()) return std::make_unique<FolderStore>(place.folder, options.folder_bytes);
   const std::string password = options.password_file.empty() ? "" : read_password(options.password_file);
+  if (!place.user.empty() && password.empty()) {
+    throw std::runtime_error("--mesh-store names a user of Redis: its password wants --mesh-store-password-file");
+  }
   return std::make_unique<RedisStore>(place, password, options.time_to_live_s);
 }
 

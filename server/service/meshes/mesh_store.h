@@ -60,12 +60,15 @@ class MeshStore {
   virtual bool erase(const std::string& mesh_id) = 0;
   /// Up to so many ids, last used first.
   virtual std::vector<std::string> last_used(std::size_t count, const Progress& progress) = 0;
+  /// Throws if nothing could be kept now.
+  virtual void check() = 0;
 };
 
 /// Where meshes are kept: --mesh-store.
 struct MeshStorePlace {
   std::string folder;  // "dir:FOLDER".
-  std::string host;    // "redis://HOST:PORT/DATABASE", if there is no folder.
+  std::string user;    // "redis://USER@HOST:PORT/DATABASE", if there is no folder. Empty: Redis' default user.
+  std::string host;
   int port = 0;
   int database = 0;
 };

@@ -59,6 +59,11 @@ void PreparationMemory::Share::wait(std::uint64_t bytes, std::function<void()> b
   run_all(begun);
 }
 
+std::size_t PreparationMemory::waiting() const {
+  const std::lock_guard lock(mutex_);
+  return waiting_.size();
+}
+
 /// Whether somebody comes first who has waited for long.
 bool PreparationMemory::has_to_wait_locked(const Share& share, std::uint64_t bytes) const {
   const Clock::time_point long_ago = Clock::now() - long_wait_;

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <list>
@@ -64,6 +65,9 @@ class PreparationMemory {
     std::shared_ptr<Share> share;
     std::uint64_t bytes;
   };
+
+  /// How many preparations wait.
+  std::size_t waiting() const;
 
  private:
   using Clock = std::chrono::steady_clock;

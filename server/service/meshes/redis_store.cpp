@@ -118,6 +118,8 @@ std::vector<std::string> RedisStore::last_used(std::size_t count, const Progress
   return ids;
 }
 
+void RedisStore::check() { (void)ask({"PING"}); }
+
 void RedisStore::mark_used(const std::string& mesh_id) {
   if (time_to_live_s_ > 0) (void)ask({"EXPIRE", key_of(mesh_id), std::to_string(time_to_live_s_)});
   (void)ask({"ZADD", kLastUses, now_ms(), mesh_id});
@@ -166,7 +168,7 @@ RedisStore::Reply RedisStore::ask_connected(const std::vector<std::string>& argu
   // Redis is reached and says no: the connection can go on.
   if (reply->type == REDIS_REPLY_ERROR) {
     // Where AUTH isn't known, Redis repeats the password.
-    const std::string why = arguments.front() == "AUTH" ? "the password" : echoed(text_of(*reply), 200);
+    const std::string why = arguments.front() == "AUTH" ? "the user or the password" : echoed(text_of(*reply), 200);
     throw StoreError(StoreFault::kRefuses,
                      "the mesh store " + show_mesh_store(place_) + " refuses " + arguments.front() + ": " + why);
   }
@@ -183,7 +185,11 @@ void RedisStore::connect() {
   if (redisSetTimeout(context_.get(), kAnswerWait) != REDIS_OK) fail(context_->errstr);
   redisEnableKeepAlive(context_.get());
   try {
-    if (!password_.empty()) (void)ask_connected({"AUTH", password_});
+    if (!place_.user.empty()) {
+      (void)ask_connected({"AUTH", place_.user, password_});
+    } else if (!password_.empty()) {
+      (void)ask_connected({"AUTH", password_});
+    }
     if (place_.database != 0) (void)ask_connected({"SELECT", std::to_string(place_.database)});
   } catch (const StoreError&) {
     context_.reset();

@@ -35,6 +35,7 @@ class RedisStore final : public MeshStore {
   bool contains(const std::string& mesh_id) override;
   bool erase(const std::string& mesh_id) override;
   std::vector<std::string> last_used(std::size_t count, const Progress& progress) override;
+  void check() override;
 
  private:
   struct FreeContext {

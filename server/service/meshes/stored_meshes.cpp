@@ -267,10 +267,10 @@ bool StoredMeshes::others_wait() {
 void StoredMeshes::serve() {
   std::unique_lock lock(mutex_);
   while (true) {
-    changed_.wait(lock, [this] { return over_ || !queue_.empty(); });
+    wait_for_request(lock);
     if (over_) return;
     current_ = take_next_locked();
-    progress_ = Clock::now();
+    progress_ = asked_ = Clock::now();
     const RequestPtr request = current_;
     changed_.notify_all();
     lock.unlock();
@@ -281,8 +281,39 @@ void StoredMeshes::serve() {
   }
 }
 
+void StoredMeshes::wait_for_request(std::unique_lock<std::mutex>& lock) {
+  const auto is_due = [this] { return over_ || !queue_.empty(); };
+  if (options_.check_every.count() == 0) return changed_.wait(lock, is_due);
+  while (!is_due()) {
+    const auto check_at = std::max(asked_ + options_.check_every, rests_until_);
+    if (Clock::now() >= check_at) {
+      wait_locked(make_check(), kServer, /*is_next=*/false);
+    } else {
+      changed_.wait_until(lock, check_at);
+    }
+  }
+}
+
+StoredMeshes::RequestPtr StoredMeshes::make_check() {
+  return std::make_shared<Request>(Request{.operation = StoreOperation::kCheck,
+                                           .work = [this](const MeshStore::Progress&) -> std::function<void()> {
+                                             store_->check();
+                                             note(StoreOperation::kCheck, StoreOutcome::kFound);
+                                             return [] {};
+                                           },
+                                           .give_up = [] {}});
+}
+
+/// What checks find is told once: they go on for as long as the store is gone.
+void StoredMeshes::note_whether_it_is_there(StoreOperation operation, bool is_there, const std::string& why) {
+  const bool was_there = is_there_.exchange(is_there);
+  if (is_there && !was_there) spdlog::info("the mesh store answers");
+  if (!why.empty() && (was_there || operation != StoreOperation::kCheck)) spdlog::warn("{}", why);
+}
+
 void StoredMeshes::run(const RequestPtr& request) {
   std::function<void()> tell = request->give_up;
+  std::string why;
   bool failed = false, refused = false, hangs = false, is_late = false;
   std::vector<RequestPtr> given_up;
   try {
@@ -296,13 +327,16 @@ void StoredMeshes::run(const RequestPtr& request) {
     refused = store_error != nullptr && store_error->fault() == StoreFault::kRefuses;
     failed = !refused;
     note(request->operation, StoreOutcome::kFailed);
-    spdlog::warn("{}", error.what());
+    why = error.what();
   }
+  // A store that refuses one thing may take another; where it refuses even to be checked, it takes nothing.
+  const bool counts = !refused || request->operation == StoreOperation::kCheck;
+  note_whether_it_is_there(request->operation, counts ? why.empty() : is_there(), why);
   {
     const std::lock_guard lock(mutex_);
     if (!tell && !request->answered) return;
     if (failed) {
-      given_up = count_failure_locked(hangs);
+      given_up = count_failure_locked(request->operation, hangs);
     } else if (!request->answered) {
       failures_ = 0;
     }
@@ -313,9 +347,11 @@ void StoredMeshes::run(const RequestPtr& request) {
 }
 
 /// One failure is enough where it cost time: the next call would wait as long.
-std::vector<StoredMeshes::RequestPtr> StoredMeshes::count_failure_locked(bool hangs) {
+std::vector<StoredMeshes::RequestPtr> StoredMeshes::count_failure_locked(StoreOperation operation, bool hangs) {
   if (++failures_ < kMostFailures && !hangs) return {};
-  spdlog::warn("the mesh store fails: it is left alone for {} ms", options_.rest.count());
+  if (operation != StoreOperation::kCheck) {
+    spdlog::warn("the mesh store fails: it is left alone for {} ms", options_.rest.count());
+  }
   return rest_locked(Clock::now());
 }
 
@@ -347,6 +383,7 @@ std::vector<StoredMeshes::RequestPtr> StoredMeshes::take_overdue_locked(Clock::t
   if (current_ && now - progress_ >= options_.patience) {
     overdue = rest_locked(now);
     if (!current_->answered) {
+      is_there_ = false;
       spdlog::warn("the mesh store has made no progress for {} ms", options_.patience.count());
       current_->answered = true;
       overdue.push_back(current_);

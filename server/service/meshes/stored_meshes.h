@@ -7,7 +7,8 @@
 //                 \--> the clock, where the store makes no progress -> done, as if the mesh weren't there
 //
 // A store that is slow or down looks empty. After three failures in a row, or one that took its time, it is left alone
-// for a while: then calls don't even wait.
+// for a while: then calls don't even wait. While nobody asks, it is looked after now and then, so that somebody who
+// watches learns that it is gone.
 
 #pragma once
 
@@ -37,10 +38,10 @@
 namespace ccslice::server {
 
 /// What is done to a store.
-enum class StoreOperation { kRead, kWrite, kLook, kErase };
+enum class StoreOperation { kRead, kWrite, kLook, kErase, kCheck };
 /// How that ends.
 enum class StoreOutcome { kFound, kMissing, kDamaged, kFailed };
-inline constexpr std::array kStoreOperations = {"read", "write", "look", "erase"};
+inline constexpr std::array kStoreOperations = {"read", "write", "look", "erase", "check"};
 inline constexpr std::array kStoreOutcomes = {"found", "missing", "damaged", "failed"};
 
 /// Thread-safe.
@@ -51,6 +52,7 @@ class StoredMeshes {
     std::chrono::milliseconds patience{1'200};     // With a store that makes no progress.
     std::chrono::milliseconds rest{5'000};         // After kMostFailures.
     std::chrono::milliseconds mark_every{60'000};  // Uses of cached meshes.
+    std::chrono::milliseconds check_every{0};      // Whether the store is there, while nobody asks. 0: never.
   };
   static constexpr int kMostFailures = 3;
 
@@ -86,6 +88,8 @@ class StoredMeshes {
   /// Up to so many ids, last used first; waits for them. None where the store isn't there.
   [[nodiscard]] std::vector<std::string> last_used(std::size_t count);
 
+  /// Whether the store worked when it was asked last.
+  bool is_there() const noexcept { return is_there_.load(); }
   std::uint64_t count(StoreOperation operation, StoreOutcome outcome) const {
     return counts_[static_cast<std::size_t>(operation)][static_cast<std::size_t>(outcome)].load();
   }
@@ -130,6 +134,10 @@ class StoredMeshes {
   void take_out_locked(const RequestPtr& request);
   RequestPtr take_next_locked();
   bool others_wait();
+  /// Waits for a request, and makes one where nobody has asked for long.
+  void wait_for_request(std::unique_lock<std::mutex>& lock);
+  RequestPtr make_check();
+  void note_whether_it_is_there(StoreOperation operation, bool is_there, const std::string& why);
   std::function<void()> look(Looking& looking, const MeshStore::Progress& progress);
   void serve();
   void run(const RequestPtr& request);
@@ -138,7 +146,7 @@ class StoredMeshes {
   std::vector<RequestPtr> take_overdue_locked(Clock::time_point now);
   /// Leaves the store alone; those who wait for it.
   std::vector<RequestPtr> rest_locked(Clock::time_point now);
-  std::vector<RequestPtr> count_failure_locked(bool hangs);
+  std::vector<RequestPtr> count_failure_locked(StoreOperation operation, bool hangs);
   void give_up(const std::vector<RequestPtr>& requests);
   void note(StoreOperation operation, StoreOutcome outcome) {
     ++counts_[static_cast<std::size_t>(operation)][static_cast<std::size_t>(outcome)];
@@ -151,6 +159,8 @@ class StoredMeshes {
   const Options options_;
   std::array<std::array<std::atomic<std::uint64_t>, kStoreOutcomes.size()>, kStoreOperations.size()> counts_{};
 
+  std::atomic<bool> is_there_{false};
+
   std::mutex mutex_;
   std::condition_variable changed_;
   Requests queue_;                                           // As they came.
@@ -160,7 +170,8 @@ class StoredMeshes {
   RequestPtr current_;
   Clock::time_point progress_;  // Of the current request.
   Clock::time_point rests_until_;
-  int failures_ = 0;  // In a row.
+  Clock::time_point asked_;  // Last, by whomever.
+  int failures_ = 0;         // In a row.
   bool over_ = false;
   std::map<std::string, Reading> readings_;          // By mesh.
   std::map<std::string, Clock::time_point> marked_;  // Uses that the store knows.

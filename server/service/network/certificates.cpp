@@ -12,8 +12,10 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -40,18 +42,33 @@ OpenSslPtr<BIO> bio_of(const std::string& text) {
 /// Nobody is asked for the password of a key.
 int no_password(char*, int, int, void*) { return -1; }
 
-/// The first of the certificates, all of which have to be whole.
-OpenSslPtr<X509> parse_certificates(const std::string& text, const std::string& what) {
+std::int64_t end_of(const X509& certificate) {
+  std::tm end{};
+  if (ASN1_TIME_to_tm(X509_get0_notAfter(&certificate), &end) != 1) return 0;
+  return ::timegm(&end);
+}
+
+struct ParsedCertificates {
+  OpenSslPtr<X509> first;
+  std::int64_t end_s = 0;  // Of the one that ends first.
+};
+
+/// All of the certificates have to be whole.
+ParsedCertificates parse_certificates(const std::string& text, const std::string& what) {
   constexpr std::string_view kBegin = "-----BEGIN ";
   std::size_t blocks = 0, parsed = 0;
   for (std::size_t at = text.find(kBegin); at != std::string::npos; at = text.find(kBegin, at + 1)) ++blocks;
   const OpenSslPtr<BIO> bio = bio_of(text);
-  OpenSslPtr<X509> first(PEM_read_bio_X509(bio.get(), nullptr, &no_password, nullptr)), next;
-  if (first) ++parsed;
-  while (first && (next = OpenSslPtr<X509>(PEM_read_bio_X509(bio.get(), nullptr, &no_password, nullptr)))) ++parsed;
+  ParsedCertificates all;
+  while (OpenSslPtr<X509> next{PEM_read_bio_X509(bio.get(), nullptr, &no_password, nullptr)}) {
+    const std::int64_t end_s = end_of(*next);
+    all.end_s = parsed == 0 ? end_s : std::min(all.end_s, end_s);
+    if (parsed++ == 0) all.first = std::move(next);
+  }
   ERR_clear_error();
-  if (first && parsed == blocks) return first;
-  if (first) throw std::invalid_argument(what + " has a certificate that isn't whole, or something else between them");
+  if (parsed > 0 && parsed == blocks) return all;
+  if (parsed > 0)
+    throw std::invalid_argument(what + " has a certificate that isn't whole, or something else between them");
   throw std::invalid_argument(what + " holds no certificate in PEM (-----BEGIN CERTIFICATE-----)");
 }
 
@@ -71,26 +88,31 @@ Descriptor file_in_memory(const std::string& text) {
 
 }  // namespace
 
-void require_certificates(const CertificateTexts& texts, std::chrono::system_clock::time_point now) {
-  const OpenSslPtr<X509> certificate = parse_certificates(texts.certificate, "--tls-cert");
+CertificateEnds require_certificates(const CertificateTexts& texts, std::chrono::system_clock::time_point now) {
+  const ParsedCertificates shown = parse_certificates(texts.certificate, "--tls-cert");
+  X509* const certificate = shown.first.get();
   const OpenSslPtr<BIO> bio = bio_of(texts.key);
   const OpenSslPtr<EVP_PKEY> key(PEM_read_bio_PrivateKey(bio.get(), nullptr, &no_password, nullptr));
   ERR_clear_error();
   if (!key) throw std::invalid_argument("--tls-key holds no private key in PEM, or one with a password");
-  const bool fit = X509_check_private_key(certificate.get(), key.get()) == 1;
+  const bool fit = X509_check_private_key(certificate, key.get()) == 1;
   ERR_clear_error();
   if (!fit) throw std::invalid_argument("--tls-key isn't the key of --tls-cert: give both of the same pair");
   std::time_t seconds = std::chrono::system_clock::to_time_t(now);
-  if (X509_cmp_time(X509_get0_notAfter(certificate.get()), &seconds) < 0) {
+  if (X509_cmp_time(X509_get0_notAfter(certificate), &seconds) < 0) {
     throw std::invalid_argument("--tls-cert has expired: renew it");
   }
-  if (!texts.client_authority.empty()) (void)parse_certificates(texts.client_authority, "--tls-client-ca");
+  CertificateEnds ends{.certificate_s = shown.end_s};
+  if (!texts.client_authority.empty()) {
+    ends.client_authority_s = parse_certificates(texts.client_authority, "--tls-client-ca").end_s;
+  }
+  return ends;
 }
 
 ServedCertificates::ServedCertificates(CertificateFiles files) : files_(std::move(files)) {
   try {
     seen_ = versions();
-    serve(read());
+    read_and_serve();
   } catch (const std::invalid_argument& why) {
     throw std::runtime_error(why.what());
   }
@@ -104,7 +126,7 @@ ServedCertificates::Versions ServedCertificates::versions() const {
   return {file_version(files_.certificate), file_version(files_.key), file_version(files_.client_authority)};
 }
 
-CertificateTexts ServedCertificates::read() const {
+void ServedCertificates::read_and_serve() {
   CertificateTexts texts{.certificate = read_file(files_.certificate, "--tls-cert"),
                          .key = read_file(files_.key, "--tls-key"),
                          .client_authority = {}};
@@ -112,8 +134,10 @@ CertificateTexts ServedCertificates::read() const {
     texts.client_authority = read_file(files_.client_authority, "--tls-client-ca");
     if (texts.client_authority.empty()) throw std::invalid_argument("--tls-client-ca is empty");
   }
-  require_certificates(texts, std::chrono::system_clock::now());
-  return texts;
+  const CertificateEnds ends = require_certificates(texts, std::chrono::system_clock::now());
+  serve(texts);
+  certificate_end_s_ = ends.certificate_s;
+  client_authority_end_s_ = ends.client_authority_s;
 }
 
 /// Each file takes another's place at once: gRPC never sees half of one.
@@ -134,7 +158,7 @@ bool ServedCertificates::reload(bool always) {
   if (!always && now == seen_) return false;
   seen_ = now;
   try {
-    serve(read());
+    read_and_serve();
     spdlog::info("the TLS certificate has been read from {}", files_.certificate);
     return true;
   } catch (const std::exception& why) {

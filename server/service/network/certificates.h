@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -29,9 +30,15 @@ struct CertificateTexts {
   std::string certificate, key, client_authority;
 };
 
+/// When the first of the certificates in the texts ends that the server shows, and the first authority; seconds since
+/// 1970 in UTC. 0: there is none.
+struct CertificateEnds {
+  std::int64_t certificate_s = 0, client_authority_s = 0;
+};
+
 /// Throws std::invalid_argument: what doesn't parse, or doesn't fit together. `now`: for certificates that have
 /// expired.
-void require_certificates(const CertificateTexts& texts, std::chrono::system_clock::time_point now);
+CertificateEnds require_certificates(const CertificateTexts& texts, std::chrono::system_clock::time_point now);
 
 /// One thread at a time.
 class ServedCertificates {
@@ -41,6 +48,10 @@ class ServedCertificates {
 
   /// What gRPC is to read. The paths stay the same.
   const CertificateFiles& served() const noexcept { return served_; }
+  /// Of what is served. Any thread.
+  CertificateEnds ends() const noexcept {
+    return {.certificate_s = certificate_end_s_.load(), .client_authority_s = client_authority_end_s_.load()};
+  }
   /// Reads the files again if they have changed, or if told so. Those that don't fit together leave what is served as
   /// it is, and a line in the log. True if there are new ones.
   bool reload(bool always);
@@ -50,13 +61,14 @@ class ServedCertificates {
   using Versions = std::array<Version, 3>;
 
   Versions versions() const;
-  CertificateTexts read() const;
+  void read_and_serve();
   void serve(const CertificateTexts& texts);
 
   const CertificateFiles files_;
   CertificateFiles served_;
   std::array<Descriptor, 3> memory_;
   Versions seen_{};
+  std::atomic<std::int64_t> certificate_end_s_{0}, client_authority_end_s_{0};
 };
 
 }  // namespace ccslice::server

@@ -137,6 +137,8 @@ class Admission {
   /// Counts the client's calls that run, and those that have begun and wait.
   std::size_t begun_of(const std::string& client) const;
   std::size_t waiting() const;
+  /// Of those, how many could have a place if there were memory for them.
+  std::size_t waiting_for_memory() const noexcept { return memory_waiters_.load(); }
 
  private:
   using Clock = std::chrono::steady_clock;

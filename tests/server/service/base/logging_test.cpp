@@ -101,15 +101,22 @@ TEST(Logging, FieldsGoIntoJsonAndNotIntoPlainLines) {
   EXPECT_EQ(lines.find("hidden"), std::string::npos);
 }
 
-TEST(Logging, WritesAuditLinesAtEveryLevel) {
-  Pipe pipe;
-  set_up_logging(LogLevel::kError, LogFormat::kJson, pipe.writer());
-  log_with_fields(LogLevel::kWarning, "not this", {});
-  log_audit("deleted", "a mesh", {{"client", "farm"}});
-  EXPECT_TRUE(flush_log(10s));
-  const std::string text = pipe.read_until("farm");
-  EXPECT_THAT(text, HasSubstr(R"("message":"deleted: a mesh","event":"audit","action":"deleted","client":"farm"})"));
-  EXPECT_EQ(text.find("not this"), std::string::npos);
+TEST(Logging, AuditLinesAreWrittenAtEveryLevel) {
+  for (const LogLevel level : {LogLevel::kDebug, LogLevel::kInfo, LogLevel::kWarning, LogLevel::kError}) {
+    for (const LogFormat format : {LogFormat::kText, LogFormat::kJson}) {
+      Pipe pipe;
+      set_up_logging(level, format, pipe.writer());
+      log_audit("refused", "SliceRange of farm: ROLE_MISSING", {{"client", "farm"}});
+      spdlog::info("the call");
+      spdlog::error("the end");
+      EXPECT_TRUE(flush_log(10s));
+      const std::string text = pipe.read_until("the end");
+      EXPECT_THAT(text, HasSubstr("refused: SliceRange of farm: ROLE_MISSING"));
+      EXPECT_EQ(count_of(text, R"("event":"audit","action":"refused","client":"farm")"),
+                format == LogFormat::kJson ? 1u : 0u);
+      EXPECT_EQ(count_of(text, "the call"), level <= LogLevel::kInfo ? 1u : 0u);
+    }
+  }
 }
 
 TEST(Logging, NeverWaitsForAReaderThatStopsAndSaysWhatItLost) {

@@ -107,6 +107,16 @@ TEST_F(FolderStoreTest, DropsWhatWasLeftHalfWritten) {
   EXPECT_TRUE(fs::exists(strangers));
 }
 
+TEST_F(FolderStoreTest, NoticesThatItsFolderHasGone) {
+  FolderStore store(folder_ / "made", 100);
+  store.check();
+  EXPECT_TRUE(fs::is_empty(folder_ / "made")) << "a check leaves nothing";
+  fs::remove(folder_ / "made");
+  EXPECT_THROW(store.check(), StoreError);
+  fs::create_directory(folder_ / "made");
+  store.check();
+}
+
 TEST_F(FolderStoreTest, RefusesFoldersThatTakeNoFiles) {
   std::ofstream(folder_ / "file") << "x";
   try {

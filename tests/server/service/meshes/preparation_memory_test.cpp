@@ -39,12 +39,15 @@ TEST_F(PreparationMemoryTest, WhoWaitsGetsAllThatItAskedForOnceItIsThere) {
   ASSERT_TRUE(second.resize(20));
   EXPECT_FALSE(second.resize(41));
   EXPECT_EQ(second.bytes(), 20u);
+  EXPECT_EQ(memory_.waiting(), 0u);
   EXPECT_TRUE(wait(second, 41));
+  EXPECT_EQ(memory_.waiting(), 1u);
   EXPECT_EQ(budget_.used_bytes(), 40u) << "gives back what it had";
   ASSERT_TRUE(first->resize(35));
   EXPECT_EQ(begun_, 0) << "an eighth is left to small ones";
   ASSERT_TRUE(first->resize(29));
   EXPECT_EQ(begun_, 1);
+  EXPECT_EQ(memory_.waiting(), 0u);
   EXPECT_EQ(second.bytes(), 41u);
   first.reset();
   EXPECT_EQ(begun_, 1);

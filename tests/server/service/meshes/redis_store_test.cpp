@@ -21,8 +21,8 @@ using Steady = std::chrono::steady_clock;
 
 RedisStore store_of(const RedisProcess& redis, std::uint64_t time_to_live_s = 0, const std::string& password = "",
                     int database = 0) {
-  return RedisStore({.folder = {}, .host = "127.0.0.1", .port = redis.port(), .database = database}, password,
-                    time_to_live_s);
+  return RedisStore({.folder = {}, .user = {}, .host = "127.0.0.1", .port = redis.port(), .database = database},
+                    password, time_to_live_s);
 }
 
 std::string write(RedisStore& store, const std::string& bytes) {
@@ -84,6 +84,25 @@ TEST(RedisStoreTest, PasswordsOpenAndNeverShow) {
   EXPECT_NE(error_of([&] { (void)none.contains(mesh_id_of("bytes")); }).find("NOAUTH"), std::string::npos);
 }
 
+TEST(RedisStoreTest, UsersOpenWithTheirPasswords) {
+  const RedisProcess redis;
+  redis.ask("ACL SETUSER slicer on '>geheim1' '~ccslice:*' '+@all'");
+  redis.ask("ACL SETUSER default off");
+  const auto store_of_user = [&](const std::string& user, const std::string& password) {
+    return RedisStore({.folder = {}, .user = user, .host = "127.0.0.1", .port = redis.port(), .database = 0}, password,
+                      0);
+  };
+  RedisStore right = store_of_user("slicer", "geheim1");
+  EXPECT_EQ(stored_bytes(right, write(right, "bytes")), "bytes");
+  right.check();
+  RedisStore wrong = store_of_user("slicer", "geheim2"), unknown = store_of_user("nobody", "geheim1");
+  for (RedisStore* store : {&wrong, &unknown}) {
+    const std::string refusal = error_of([&] { store->check(); });
+    EXPECT_NE(refusal.find("refuses AUTH"), std::string::npos) << refusal;
+    EXPECT_EQ(refusal.find("geheim"), std::string::npos) << refusal;
+  }
+}
+
 TEST(RedisStoreTest, AFullRedisIsToldAndHoldsNoHalves) {
   const RedisProcess redis({"--maxmemory", "3mb", "--maxmemory-policy", "noeviction"});
   RedisStore store = store_of(redis);
@@ -100,7 +119,9 @@ TEST(RedisStoreTest, SaysThatItIsDownAndComesBack) {
   redis.kill();
   EXPECT_NE(error_of([&] { (void)store.contains(id); }).find("the mesh store redis://127.0.0.1"), std::string::npos);
   EXPECT_NE(error_of([&] { (void)store.contains(id); }).find("refused"), std::string::npos);
+  EXPECT_NE(error_of([&] { store.check(); }), "");
   redis.start();
+  store.check();
   EXPECT_FALSE(store.contains(id));  // It forgot.
   EXPECT_EQ(stored_bytes(store, write(store, "bytes")), "bytes");
 }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <functional>
 #include <future>
 #include <map>
 #include <memory>
@@ -68,6 +69,7 @@ class FakeMeshStore final : public MeshStore {
     for (const auto& [id, bytes] : fake_.meshes) ids.push_back(id);
     return ids;
   }
+  void check() override { fake_.enter(); }
 
  private:
   FakeStore& fake_;
@@ -289,6 +291,52 @@ TEST_F(StoredMeshesTest, ManyReadersShareOneRead) {
     EXPECT_EQ(loaded.upload, first);
   }
   EXPECT_EQ(fake_.asked, 1);
+}
+
+bool comes_true(const std::function<bool()>& condition) {
+  for (int i = 0; i < 500 && !condition(); ++i) std::this_thread::sleep_for(10ms);
+  return condition();
+}
+
+class CheckedStoredMeshesTest : public StoredMeshesTest {
+ protected:
+  StoredMeshes checked_{
+      std::make_unique<FakeMeshStore>(fake_),
+      budget_,
+      {.max_mesh_bytes = 1000, .patience = 100ms, .rest = 50ms, .mark_every = 1h, .check_every = 20ms}};
+};
+
+TEST_F(CheckedStoredMeshesTest, KnowWhetherTheStoreIsThereThoughNobodyAsks) {
+  EXPECT_TRUE(comes_true([this] { return checked_.is_there(); }));
+  EXPECT_FALSE(stored_.is_there()) << "nobody has asked";
+  for (const StoreFault fault : {StoreFault::kFails, StoreFault::kRefuses, StoreFault::kHangs}) {
+    fake_.fault = fault;
+    fake_.fails = true;
+    EXPECT_TRUE(comes_true([this] { return !checked_.is_there(); }));
+    const std::uint64_t failed = checked_.count(StoreOperation::kCheck, StoreOutcome::kFailed);
+    EXPECT_TRUE(comes_true([&] { return checked_.count(StoreOperation::kCheck, StoreOutcome::kFailed) > failed + 5; }));
+    EXPECT_FALSE(checked_.is_there());
+    fake_.fails = false;
+    EXPECT_TRUE(comes_true([this] { return checked_.is_there(); }));
+  }
+  fake_.hangs = true;
+  EXPECT_TRUE(comes_true([this] { return !checked_.is_there(); }));
+  fake_.hangs = false;
+  fake_.go_on.release();
+  EXPECT_TRUE(comes_true([this] { return checked_.is_there(); }));
+}
+
+TEST_F(StoredMeshesTest, CallsTellWhetherTheStoreIsThere) {
+  EXPECT_FALSE(stored_.is_there());
+  EXPECT_FALSE(load(id_).get().upload);
+  EXPECT_TRUE(stored_.is_there());
+  fake_.fails = true;
+  fake_.fault = StoreFault::kRefuses;
+  EXPECT_EQ(keep("bytes"), std::nullopt);
+  EXPECT_TRUE(stored_.is_there()) << "it may be full";
+  fake_.fault = StoreFault::kFails;
+  EXPECT_FALSE(load(id_).get().upload);
+  EXPECT_FALSE(stored_.is_there());
 }
 
 TEST_F(StoredMeshesTest, IsLeftAloneAfterThreeFailures) {

@@ -57,6 +57,24 @@ TEST_F(CertificatesTest, AreChecked) {
   EXPECT_THROW(require_certificates({one, key, ""}, later), std::invalid_argument);
 }
 
+TEST_F(CertificatesTest, TellWhenTheFirstOfThemEnds) {
+  made_.make("long", "localhost", 30);
+  made_.put("long.pem", "served.pem");
+  made_.put("long.key", "served.key");
+  const auto days_left = [](std::int64_t end_s) {
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    return static_cast<double>(end_s - std::chrono::duration_cast<std::chrono::seconds>(now).count()) / 86'400;
+  };
+  ServedCertificates served(files());
+  EXPECT_NEAR(days_left(served.ends().certificate_s), 30, 0.1);
+  EXPECT_EQ(served.ends().client_authority_s, 0);
+  std::ofstream(made_.path("served.pem"), std::ios::app) << made_.text("one.pem");  // Which lasts for two days.
+  EXPECT_TRUE(served.reload(false));
+  EXPECT_NEAR(days_left(served.ends().certificate_s), 2, 0.1);
+  const ServedCertificates with_authority(files(made_.path("one.pem")));
+  EXPECT_NEAR(days_left(with_authority.ends().client_authority_s), 2, 0.1);
+}
+
 TEST_F(CertificatesTest, RenewedPairsAreServedAndOthersAreNot) {
   ServedCertificates served(files());
   EXPECT_EQ(text_of(served.served().certificate), made_.text("one.pem"));
