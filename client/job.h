@@ -5,14 +5,40 @@
 
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "ccslice/v1/geometry.pb.h"
 #include "ccslice/v1/job.pb.h"
 
 namespace ccslice::client {
 
 /// A job of this mesh, in this place.
+inline v1::Vector3 vector_of(double x, double y, double z) {
+  v1::Vector3 vector;
+  vector.set_x(x);
+  vector.set_y(y);
+  vector.set_z(z);
+  return vector;
+}
+
+inline v1::VoxelPitch pitch_of(double x_mm, double y_mm, double z_mm) {
+  v1::VoxelPitch pitch;
+  pitch.set_x_mm(x_mm);
+  pitch.set_y_mm(y_mm);
+  pitch.set_z_mm(z_mm);
+  return pitch;
+}
+
+inline v1::GridExtent extent_of(std::uint32_t columns, std::uint32_t rows, std::uint32_t layers) {
+  v1::GridExtent extent;
+  extent.set_columns(columns);
+  extent.set_rows(rows);
+  extent.set_layers(layers);
+  return extent;
+}
+
 inline v1::SliceJob job_of(const std::string& mesh_id, const v1::Placement& placement) {
   v1::SliceJob job;
   v1::Part& part = *job.add_parts();

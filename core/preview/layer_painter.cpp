@@ -39,20 +39,13 @@ std::vector<VoxelRun> runs_of(std::span<const std::uint8_t> bits, std::uint32_t 
   return runs;
 }
 
-/// The halftone chooses what is mixed, and a mix is no error: whatever the job's, nothing has to be made for it.
-void mix_only(Printing& printing) {
-  printing.halftone.method = HalftoneMethod::kLargestFraction;
-  printing.map.strict = false;
-  for (CellRegionMap& own : printing.cell_region_maps) own.map.strict = false;
-}
-
 }  // namespace
 
 SliceJob layer_preview_job(SliceJob job, const PreviewColours& show, bool contours) {
   job.order = {};
   job.contours = contours || show.lines;
   job.contours_by_cell_region = false;
-  if (show.content == PreviewContent::kMix) mix_only(*job.printing);
+  if (show.content == PreviewContent::kMix) *job.printing = mixed_only(*job.printing);
   if (show.content == PreviewContent::kMix || show.content == PreviewContent::kHalftone) {
     job.planes = {raw_plane(PlaneContent::kMaterials, SampleType::kUint8)};
     return job;

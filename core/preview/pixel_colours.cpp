@@ -163,9 +163,11 @@ std::vector<MixedRun> mixed_runs(const HalftonePlan& plan, std::span<const Regio
   return mixed;
 }
 
-HalftonePlan plan_of_mix(Printing printing, const CancellationToken& cancel) {
+Printing mixed_only(Printing printing) {
   printing.halftone.method = HalftoneMethod::kLargestFraction;
-  return {printing, 1, 1, 1, cancel};
+  printing.map.strict = false;
+  for (CellRegionMap& own : printing.cell_region_maps) own.map.strict = false;
+  return printing;
 }
 
 void mix_pixels(std::span<const MixedPixels> parts, PreviewPicture& picture, const CancellationToken& cancel) {

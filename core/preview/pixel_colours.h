@@ -26,8 +26,9 @@ struct MixedRun : VoxelRun {
 /// Pixels of cell regions, each mixed as its region is.
 std::vector<MixedRun> mixed_runs(const HalftonePlan& plan, std::span<const RegionRun> runs);
 
-/// A plan that mixes, and chooses without thresholds, whose mask may take seconds to make. Throws Error{kCancelled}.
-HalftonePlan plan_of_mix(Printing printing, const CancellationToken& cancel);
+/// The same for pictures of a mix, which is no error and chooses without thresholds: their mask may take seconds to
+/// make.
+Printing mixed_only(Printing printing);
 
 /// Sets the pixels, counts and range of a picture of kOccupancy or kChannel, whose size is set. `values`: the channel
 /// as kFloat32, row 0 lowest. `spans`: what is inside.

@@ -166,7 +166,7 @@ const HalftonePlan* PlanePainter::State::plan_of(const PreviewJob& job, const Ca
     return &*plan_.plan;
   plan_ = {};
   if (job.show.content == PreviewContent::kMix) {
-    plan_.plan.emplace(plan_of_mix(*job.show.printing, cancel));
+    plan_.plan.emplace(mixed_only(*job.show.printing), 1, 1, 1, cancel);
   } else {
     plan_.plan.emplace(*job.show.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm, cancel);
   }

@@ -181,27 +181,6 @@ std::int64_t JsonScanner::integer(std::string_view expected, std::int64_t min, s
   return static_cast<std::int64_t>(value);
 }
 
-std::string_view JsonScanner::as_written(std::string_view expected) {
-  mark();
-  const std::size_t begin = at_;
-  std::size_t depth = 0;
-  do {
-    mark();
-    const char c = at_ < text_.size() ? text_[at_] : '\0';
-    const bool closes = c == '}' || c == ']', separates = c == ',' || c == ':';
-    if (c == '"') {
-      static_cast<void>(string(expected));
-    } else if (c == '{' || c == '[' || (depth > 0 && (closes || separates))) {
-      depth = depth + (c == '{' || c == '[') - closes;
-      ++at_;
-    } else {
-      if (word().empty()) fail(expected);
-      at_ += word().size();
-    }
-  } while (depth > 0);
-  return text_.substr(begin, at_ - begin);
-}
-
 void JsonScanner::fail(std::string_view expected) const {
   const std::string_view rest = text_.substr(mark_);
   std::size_t length = 0;

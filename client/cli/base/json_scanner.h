@@ -39,9 +39,6 @@ class JsonScanner {
   /// A whole number within [min, max], however it is written: 12, 12.0, 1.2e1.
   std::int64_t integer(std::string_view expected, std::int64_t min, std::int64_t max);
 
-  /// The value that comes next, of whatever kind, as it is written. Brackets aren't paired by their kind.
-  std::string_view as_written(std::string_view expected);
-
   /// "line 3, column 7: expected a coordinate, found 'three'", of the value that was asked for last.
   [[noreturn]] void fail(std::string_view expected) const;
   /// "line 3, column 7: <message>".

@@ -3,10 +3,14 @@
 
 #include "client/cli/meshes/ccmesh.h"
 
+#include <google/protobuf/reflection.h>
+
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "client/cli/base/json.h"
 #include "client/cli/base/json_scanner.h"
@@ -18,42 +22,17 @@ namespace ccslice::cli {
 namespace {
 
 using google::protobuf::FieldDescriptor;
-using google::protobuf::RepeatedField;
 
 /// More than any mesh has; protobuf counts in ints.
 constexpr int kMostItems = 1 << 30;
 
 template <typename Number, typename Read>
-void read_numbers(JsonScanner& scanner, RepeatedField<Number>& numbers, Read&& read) {
+void read_numbers(JsonScanner& scanner, const google::protobuf::MutableRepeatedFieldRef<Number>& numbers, Read&& read) {
   for_each_item(scanner, [&] {
     if (numbers.size() == kMostItems) scanner.fail_with(ErrorCode::kMeshTooLarge, "too many numbers");
     numbers.Add(static_cast<Number>(read()));
   });
 }
-
-void read_ids(JsonScanner& scanner, RepeatedField<std::uint32_t>& ids) {
-  constexpr auto kLargest = std::numeric_limits<std::uint32_t>::max();
-  read_numbers(scanner, ids, [&] { return scanner.integer("a vertex id (from 0)", 0, kLargest); });
-}
-
-void read_regions(JsonScanner& scanner, RepeatedField<std::uint32_t>& regions) {
-  read_numbers(scanner, regions, [&] { return scanner.integer("a cell region's index (from 0)", 0, kMostItems); });
-}
-
-void read_cells(JsonScanner& scanner, RepeatedField<std::uint32_t>& cells) {
-  constexpr auto kLargest = std::numeric_limits<std::uint32_t>::max();
-  read_numbers(scanner, cells, [&] { return scanner.integer("a cell's number (from 0)", 0, kLargest); });
-}
-
-void read_coordinates(JsonScanner& scanner, RepeatedField<double>& coordinates) {
-  read_numbers(scanner, coordinates, [&] { return scanner.real("a coordinate"); });
-}
-
-void read_values(JsonScanner& scanner, std::string_view expected, RepeatedField<float>& values) {
-  read_numbers(scanner, values, [&] { return scanner.real_float(expected); });
-}
-
-bool read_flag(JsonScanner& scanner) { return scanner.boolean("true or false"); }
 
 int read_kind(JsonScanner& scanner) {
   constexpr std::string_view kExpected = "a cell's kind, such as \"CELL_KIND_HEX\"";
@@ -63,41 +42,35 @@ int read_kind(JsonScanner& scanner) {
   return kind;
 }
 
-void read_field(JsonScanner& scanner, int field, v1::ControlMesh& mesh) {
-  switch (field) {
-    case v1::ControlMesh::kPositionsMmFieldNumber: return read_coordinates(scanner, *mesh.mutable_positions_mm());
-    case v1::ControlMesh::kChannelNamesFieldNumber:
-      return for_each_item(scanner, [&] { mesh.add_channel_names(scanner.string("a channel's name")); });
-    case v1::ControlMesh::kChannelValuesFieldNumber:
-      return read_values(scanner, "a channel's value", *mesh.mutable_channel_values());
-    case v1::ControlMesh::kCellKindsFieldNumber:
-      return read_numbers(scanner, *mesh.mutable_cell_kinds(), [&] { return read_kind(scanner); });
-    case v1::ControlMesh::kCellVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_cell_vertices());
-    case v1::ControlMesh::kSharpEdgesFieldNumber: return read_ids(scanner, *mesh.mutable_sharp_edges());
-    case v1::ControlMesh::kSharpVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_sharp_vertices());
-    case v1::ControlMesh::kCellRegionNamesFieldNumber:
-      return for_each_item(scanner, [&] { mesh.add_cell_region_names(scanner.string("a cell region's name")); });
-    case v1::ControlMesh::kCellRegionsFieldNumber: return read_regions(scanner, *mesh.mutable_cell_regions());
-    case v1::ControlMesh::kRegionValueVerticesFieldNumber:
-      return read_ids(scanner, *mesh.mutable_region_value_vertices());
-    case v1::ControlMesh::kRegionValueRegionsFieldNumber:
-      return read_regions(scanner, *mesh.mutable_region_value_regions());
-    case v1::ControlMesh::kRegionValuesFieldNumber:
-      return read_values(scanner, "a channel's value in a region", *mesh.mutable_region_values());
-    case v1::ControlMesh::kAllowFoldsFieldNumber: return mesh.set_allow_folds(read_flag(scanner));
-    case v1::ControlMesh::kInterpolatingFieldNumber: return mesh.set_interpolating(read_flag(scanner));
-    case v1::ControlMesh::kMissedVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_missed_vertices());
-    case v1::ControlMesh::kMissedPositionsMmFieldNumber:
-      return read_coordinates(scanner, *mesh.mutable_missed_positions_mm());
-    case v1::ControlMesh::kAsMeshedFieldNumber: return mesh.set_as_meshed(read_flag(scanner));
-    case v1::ControlMesh::kEdgeNodeVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_edge_node_vertices());
-    case v1::ControlMesh::kFaceNodeVerticesFieldNumber: return read_ids(scanner, *mesh.mutable_face_node_vertices());
-    case v1::ControlMesh::kCellNodeCellsFieldNumber: return read_cells(scanner, *mesh.mutable_cell_node_cells());
-    case v1::ControlMesh::kNodePositionsMmFieldNumber:
-      return read_coordinates(scanner, *mesh.mutable_node_positions_mm());
-    case v1::ControlMesh::kNodeValuesFieldNumber:
-      return read_values(scanner, "a channel's value", *mesh.mutable_node_values());
-    default: throw Error(ErrorCode::kInternal, "a field of ControlMesh that the JSON reader lacks");
+std::int64_t read_number(JsonScanner& scanner, std::string_view field) {
+  constexpr auto kLargest = std::numeric_limits<std::uint32_t>::max();
+  if (field.ends_with("_regions")) return scanner.integer("a cell region's index (from 0)", 0, kMostItems);
+  if (field.ends_with("_cells")) return scanner.integer("a cell's number (from 0)", 0, kLargest);
+  return scanner.integer("a vertex id (from 0)", 0, kLargest);
+}
+
+void read_field(JsonScanner& scanner, const FieldDescriptor& field, v1::ControlMesh& mesh) {
+  const google::protobuf::Reflection& fields = *mesh.GetReflection();
+  const bool of_region = field.name().find("region") != std::string::npos;
+  if (!field.is_repeated()) return fields.SetBool(&mesh, &field, scanner.boolean("true or false"));
+  switch (field.cpp_type()) {
+    case FieldDescriptor::CPPTYPE_STRING:
+      return for_each_item(scanner, [&] {
+        fields.AddString(&mesh, &field, scanner.string(of_region ? "a cell region's name" : "a channel's name"));
+      });
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+      return read_numbers(scanner, fields.GetMutableRepeatedFieldRef<double>(&mesh, &field),
+                          [&] { return scanner.real("a coordinate"); });
+    case FieldDescriptor::CPPTYPE_FLOAT:
+      return read_numbers(scanner, fields.GetMutableRepeatedFieldRef<float>(&mesh, &field), [&] {
+        return scanner.real_float(of_region ? "a channel's value in a region" : "a channel's value");
+      });
+    case FieldDescriptor::CPPTYPE_ENUM:
+      return read_numbers(scanner, fields.GetMutableRepeatedFieldRef<std::int32_t>(&mesh, &field),
+                          [&] { return read_kind(scanner); });
+    default:
+      return read_numbers(scanner, fields.GetMutableRepeatedFieldRef<std::uint32_t>(&mesh, &field),
+                          [&] { return read_number(scanner, field.name()); });
   }
 }
 
@@ -124,7 +97,7 @@ v1::ControlMesh parse_json(std::string_view text) {
         scanner.fail_with(ErrorCode::kFileSyntax, "a second '" + field.json_name() + "'");
       }
       scanner.require(':', "':'");
-      if (!scanner.take_null()) read_field(scanner, field.number(), mesh);
+      if (!scanner.take_null()) read_field(scanner, field, mesh);
     } while (scanner.take(','));
     scanner.require('}', "',' or '}'");
   }
@@ -139,11 +112,25 @@ std::string lossless(Number number) {
   return number == 0 && std::signbit(number) ? "-0.0" : shortest(number);
 }
 
-template <typename Items, typename Write>
-void write_list(JsonWriter& json, const char* name, const Items& items, Write&& write) {
-  if (items.empty()) return;
-  json.key(name).begin_array();
-  for (const auto& item : items) write(item);
+template <typename Item, typename Write>
+void write_items(const v1::ControlMesh& mesh, const FieldDescriptor& field, const Write& write) {
+  for (const Item& item : mesh.GetReflection()->GetRepeatedFieldRef<Item>(mesh, &field)) write(item);
+}
+
+void write_list(const v1::ControlMesh& mesh, const FieldDescriptor& field, JsonWriter& json) {
+  json.key(field.json_name()).begin_array();
+  const auto write_real = [&](auto number) { json.raw(lossless(number)); };
+  const auto write_plain = [&](const auto& item) { json.value(item); };
+  switch (field.cpp_type()) {
+    case FieldDescriptor::CPPTYPE_STRING: write_items<std::string>(mesh, field, write_plain); break;
+    case FieldDescriptor::CPPTYPE_DOUBLE: write_items<double>(mesh, field, write_real); break;
+    case FieldDescriptor::CPPTYPE_FLOAT: write_items<float>(mesh, field, write_real); break;
+    case FieldDescriptor::CPPTYPE_ENUM:
+      write_items<std::int32_t>(mesh, field,
+                                [&](int kind) { json.value(v1::CellKind_Name(static_cast<v1::CellKind>(kind))); });
+      break;
+    default: write_items<std::uint32_t>(mesh, field, write_plain);
+  }
   json.end_array();
 }
 
@@ -171,33 +158,15 @@ v1::ControlMesh parse_ccmesh(const std::string& bytes) {
 }
 
 std::string to_json(const v1::ControlMesh& mesh) {
+  const google::protobuf::Reflection& fields = *mesh.GetReflection();
+  std::vector<const FieldDescriptor*> present;
+  fields.ListFields(mesh, &present);
   JsonWriter json;
-  const auto write_real = [&](auto number) { json.raw(lossless(number)); };
-  const auto write_plain = [&](const auto& item) { json.value(item); };
   json.begin_object();
-  write_list(json, "positionsMm", mesh.positions_mm(), write_real);
-  write_list(json, "channelNames", mesh.channel_names(), write_plain);
-  write_list(json, "channelValues", mesh.channel_values(), write_real);
-  write_list(json, "cellKinds", mesh.cell_kinds(),
-             [&](int kind) { json.value(v1::CellKind_Name(static_cast<v1::CellKind>(kind))); });
-  write_list(json, "cellVertices", mesh.cell_vertices(), write_plain);
-  write_list(json, "sharpEdges", mesh.sharp_edges(), write_plain);
-  write_list(json, "sharpVertices", mesh.sharp_vertices(), write_plain);
-  write_list(json, "cellRegionNames", mesh.cell_region_names(), write_plain);
-  write_list(json, "cellRegions", mesh.cell_regions(), write_plain);
-  write_list(json, "regionValueVertices", mesh.region_value_vertices(), write_plain);
-  write_list(json, "regionValueRegions", mesh.region_value_regions(), write_plain);
-  write_list(json, "regionValues", mesh.region_values(), write_real);
-  if (mesh.allow_folds()) json.member("allowFolds", true);
-  if (mesh.interpolating()) json.member("interpolating", true);
-  write_list(json, "missedVertices", mesh.missed_vertices(), write_plain);
-  write_list(json, "missedPositionsMm", mesh.missed_positions_mm(), write_real);
-  if (mesh.as_meshed()) json.member("asMeshed", true);
-  write_list(json, "edgeNodeVertices", mesh.edge_node_vertices(), write_plain);
-  write_list(json, "faceNodeVertices", mesh.face_node_vertices(), write_plain);
-  write_list(json, "cellNodeCells", mesh.cell_node_cells(), write_plain);
-  write_list(json, "nodePositionsMm", mesh.node_positions_mm(), write_real);
-  write_list(json, "nodeValues", mesh.node_values(), write_real);
+  for (const FieldDescriptor* field : present) {
+    field->is_repeated() ? write_list(mesh, *field, json)
+                         : static_cast<void>(json.member(field->json_name(), fields.GetBool(mesh, field)));
+  }
   return json.end_object().text();
 }
 

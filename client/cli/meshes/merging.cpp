@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client/cli/base/console.h"
+#include "client/cli/base/option_group.h"
 #include "client/cli/base/text_values.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
@@ -86,24 +87,22 @@ void warn_of_parts(const MergeOptions& options, bool is_contract, double same_mm
 }  // namespace
 
 void add_merge_options(CLI::App& command, MergeOptions& options) {
-  CLI::Option* distance = command
-                              .add_option("--merge-points", options.merge_points,
-                                          "Join points that are no farther apart than so many mm, measured after "
-                                          "--units and before --size. Default: a billionth of the part's size; if all "
-                                          "coordinates are single-precision numbers, also points that are neighbours "
-                                          "among these; in a .ccmesh or its .json none")
-                              ->check([](const std::string& text) { return text.empty() ? "it needs a distance" : ""; })
-                              ->group("Mesh");
+  const OptionGroup group(command, "Mesh");
+  CLI::Option* distance =
+      command
+          .add_option("--merge-points", options.merge_points,
+                      "Join points that are no farther apart than so many mm, measured after "
+                      "--units and before --size. Default: a billionth of the part's size; if all "
+                      "coordinates are single-precision numbers, also points that are neighbours "
+                      "among these; in a .ccmesh or its .json none")
+          ->check([](const std::string& text) { return text.empty() ? "it needs a distance" : ""; });
   command
       .add_flag("--no-merge", options.no_merge,
                 "Keep points apart that lie in the same place: cells without common points are parts of their own")
-      ->excludes(distance)
-      ->group("Mesh");
-  command
-      .add_flag("--no-split", options.no_split,
-                "Refuse meshes that touch themselves in edges or vertices, as those of voxels do, instead of giving "
-                "each side vertices of its own there")
-      ->group("Mesh");
+      ->excludes(distance);
+  command.add_flag("--no-split", options.no_split,
+                   "Refuse meshes that touch themselves in edges or vertices, as those of voxels do, instead of giving "
+                   "each side vertices of its own there");
 }
 
 void check_merge_options(const MergeOptions& options) {

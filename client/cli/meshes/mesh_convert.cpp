@@ -7,6 +7,7 @@
 #include <array>
 #include <string>
 
+#include "client/job.h"
 #include "core/base/error.h"
 #include "core/mesh/cell_kind.h"
 #include "core/mesh/cell_regions.h"
@@ -160,13 +161,7 @@ v1::ControlMesh to_proto(const ControlMesh& mesh) {
   return message;
 }
 
-v1::Vector3 to_proto(const Vec3& vector) {
-  v1::Vector3 message;
-  message.set_x(vector.x());
-  message.set_y(vector.y());
-  message.set_z(vector.z());
-  return message;
-}
+v1::Vector3 to_proto(const Vec3& vector) { return client::vector_of(vector.x(), vector.y(), vector.z()); }
 
 v1::Box3 to_proto(const Box3& box) {
   v1::Box3 message;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/cli/base/console.h"
+#include "client/cli/base/option_group.h"
 #include "client/cli/base/processors.h"
 #include "client/cli/base/text_values.h"
 #include "core/base/error.h"
@@ -63,27 +64,22 @@ std::string fault_of(const FittedMesh& fitted, const ControlMesh& sharpened, dou
 }  // namespace
 
 void add_meaning_options(CLI::App& command, MeaningOptions& options) {
-  command
-      .add_flag(
-          "--as-meshed", options.as_meshed,
-          "Take the mesh as it is, as finite elements do: straight edges or those of second-order cells, its exact "
-          "volume, values linear within cells. For meshes of a finite-element analysis")
-      ->group("Mesh");
-  command
-      .add_flag(
-          "--part", options.part,
-          "The mesh was made of a CAD part: keep edges sharp that turn by 40 degrees, and place the control points "
-          "so that the limit passes through the mesh's vertices. Taken as meshed, with a note, where a vertex "
-          "would be missed by more than half a voxel (0.05 mm in commands without --pitch), cells would fold, or the "
-          "volume would get far worse")
-      ->group("Mesh");
+  const OptionGroup group(command, "Mesh");
+  command.add_flag(
+      "--as-meshed", options.as_meshed,
+      "Take the mesh as it is, as finite elements do: straight edges or those of second-order cells, its exact "
+      "volume, values linear within cells. For meshes of a finite-element analysis");
+  command.add_flag(
+      "--part", options.part,
+      "The mesh was made of a CAD part: keep edges sharp that turn by 40 degrees, and place the control points "
+      "so that the limit passes through the mesh's vertices. Taken as meshed, with a note, where a vertex "
+      "would be missed by more than half a voxel (0.05 mm in commands without --pitch), cells would fold, or the "
+      "volume would get far worse");
   add_sharp_options(command, options.sharp);
   add_fit_option(command, options.fit);
-  command
-      .add_flag("--smooth", options.smooth,
-                "With --fit: take a fit that rounds edges that turn by 75 degrees or more, which is refused "
-                "otherwise")
-      ->group("Mesh");
+  command.add_flag("--smooth", options.smooth,
+                   "With --fit: take a fit that rounds edges that turn by 75 degrees or more, which is refused "
+                   "otherwise");
 }
 
 std::optional<FittedVertices> parse_meaning(const MeaningOptions& options) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client/cli/base/console.h"
+#include "client/cli/base/option_group.h"
 #include "client/cli/base/text_values.h"
 #include "core/base/error.h"
 #include "core/base/read_file.h"
@@ -53,22 +54,18 @@ SharpFeatures from_file(const std::string& path) {
 }  // namespace
 
 void add_sharp_options(CLI::App& command, SharpOptions& options) {
-  CLI::Option* angle = command
-                           .add_option("--sharp-angle", options.angle_deg,
-                                       "Keep convex edges sharp where the surface of the control mesh turns by at "
-                                       "least this many degrees (the edges of a box: 90)")
-                           ->group("Mesh");
+  const OptionGroup group(command, "Mesh");
+  CLI::Option* angle = command.add_option("--sharp-angle", options.angle_deg,
+                                          "Keep convex edges sharp where the surface of the control mesh turns by at "
+                                          "least this many degrees (the edges of a box: 90)");
   command
       .add_flag("--sharp-reentrant", options.reentrant,
                 "With --sharp-angle: keep reentrant edges sharp too, and those of interfaces between cell regions. "
                 "Cells there often fold")
-      ->needs(angle)
-      ->group("Mesh");
-  command
-      .add_option("--sharp-file", options.file,
-                  "Keep the edges and corners of this list sharp: two vertices on a line for an edge, one for a "
-                  "corner, counted from 0 as the file lists those that cells use")
-      ->group("Mesh");
+      ->needs(angle);
+  command.add_option("--sharp-file", options.file,
+                     "Keep the edges and corners of this list sharp: two vertices on a line for an edge, one for a "
+                     "corner, counted from 0 as the file lists those that cells use");
 }
 
 void sharpen_listed(const SharpOptions& options, ControlMesh& mesh) {

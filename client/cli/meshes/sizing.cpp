@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "client/cli/base/console.h"
+#include "client/cli/base/option_group.h"
 #include "client/cli/base/text_values.h"
 #include "core/mesh/validate.h"
 #include "core/prepare/deviation.h"
@@ -54,26 +55,20 @@ void parse_size(const std::string& text, Sizing& sizing) {
 }  // namespace
 
 void add_size_options(CLI::App& command, SizeOptions& options) {
-  command
-      .add_option("--units", options.units,
-                  "The unit of the file's coordinates: mm, cm, m, in or um (default: mm). Lengths of all other options "
-                  "are mm of the result")
-      ->group("Mesh");
-  command
-      .add_option(
-          "--size", options.size,
-          "Scale the part so that its longest side has so many mm, as in 30, or its side along an axis, as in "
-          "z=30. Measured on the limit volume, which is what gets printed, after any --scale, which then changes "
-          "proportions alone, and before any --rotate")
-      ->group("Mesh");
-  command
-      .add_flag("--center", options.center,
-                "Move the middle of the part's box to x = 0, y = 0, before any --rotate and --translate")
-      ->group("Mesh");
-  command
-      .add_flag("--on-bed", options.on_bed,
-                "Move the part's lowest point to z = 0, before any --rotate and --translate")
-      ->group("Mesh");
+  const OptionGroup group(command, "Mesh");
+  command.add_option(
+      "--units", options.units,
+      "The unit of the file's coordinates: mm, cm, m, in or um (default: mm). Lengths of all other options "
+      "are mm of the result");
+  command.add_option(
+      "--size", options.size,
+      "Scale the part so that its longest side has so many mm, as in 30, or its side along an axis, as in "
+      "z=30. Measured on the limit volume, which is what gets printed, after any --scale, which then changes "
+      "proportions alone, and before any --rotate");
+  command.add_flag("--center", options.center,
+                   "Move the middle of the part's box to x = 0, y = 0, before any --rotate and --translate");
+  command.add_flag("--on-bed", options.on_bed,
+                   "Move the part's lowest point to z = 0, before any --rotate and --translate");
 }
 
 Sizing parse_sizing(const SizeOptions& options) {

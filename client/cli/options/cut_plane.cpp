@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "client/cli/base/text_values.h"
+#include "client/job.h"
 
 namespace ccslice::cli {
 namespace {
@@ -18,11 +19,7 @@ constexpr double kLevel = 1e-9;
 
 Vec3 vec3_of(const v1::Vector3& message) { return {message.x(), message.y(), message.z()}; }
 
-void set(const Vec3& value, v1::Vector3& message) {
-  message.set_x(value.x());
-  message.set_y(value.y());
-  message.set_z(value.z());
-}
+v1::Vector3 message_of(const Vec3& value) { return client::vector_of(value.x(), value.y(), value.z()); }
 
 Box3 box_of(const v1::Box3& message) { return {vec3_of(message.min_mm()), vec3_of(message.max_mm())}; }
 
@@ -84,9 +81,9 @@ FramedCut frame_cut(const CutPlane& plane, const v1::Box3& message, std::uint32_
   framed.height = std::max(1u, static_cast<std::uint32_t>(std::ceil(height / pixel - 1e-6)));
   const Vec3 middle =
       0.5 * (left + right) * plane.across + 0.5 * (bottom + top) * plane.up + height_of(plane) * plane.normal;
-  set(middle, *framed.plane.mutable_middle_mm());
-  set(plane.across, *framed.plane.mutable_across());
-  set(plane.up, *framed.plane.mutable_up());
+  *framed.plane.mutable_middle_mm() = message_of(middle);
+  *framed.plane.mutable_across() = message_of(plane.across);
+  *framed.plane.mutable_up() = message_of(plane.up);
   framed.plane.set_across_mm_per_pixel(pixel);
   return framed;
 }

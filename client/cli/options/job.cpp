@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "client/cli/base/option_group.h"
 #include "client/cli/base/text_values.h"
 #include "client/job.h"
 #include "client/plane_encodings.h"
@@ -143,14 +144,11 @@ v1::PlaneSpec parse_channel(const std::string& text) {
   return plane;
 }
 
-void parse_pitch(const GridOptions& options, v1::VoxelPitch& pitch) {
+v1::VoxelPitch parse_pitch(const GridOptions& options) {
   if (!options.pitch.empty()) {
     const std::vector<double> values = parse_numbers("--pitch", options.pitch, 1, 3);
     if (values.size() == 2) throw UsageError("--pitch takes one number or three, not '" + options.pitch + "'");
-    pitch.set_x_mm(values[0]);
-    pitch.set_y_mm(values.size() == 3 ? values[1] : values[0]);
-    pitch.set_z_mm(values.size() == 3 ? values[2] : values[0]);
-    return;
+    return client::pitch_of(values[0], values[values.size() == 3 ? 1 : 0], values[values.size() == 3 ? 2 : 0]);
   }
   if (options.dpi.empty() || options.layer_height_mm == 0) {
     throw UsageError("give a pitch: --printer NAME, --pitch X,Y,Z in mm, or --dpi X,Y with --layer-height in mm");
@@ -159,128 +157,96 @@ void parse_pitch(const GridOptions& options, v1::VoxelPitch& pitch) {
   for (const double value : dpi) {
     if (value <= 0) throw UsageError("--dpi takes positive numbers, not '" + options.dpi + "'");
   }
-  pitch.set_x_mm(kMmPerInch / dpi.front());
-  pitch.set_y_mm(kMmPerInch / dpi.back());
-  pitch.set_z_mm(options.layer_height_mm);
+  return client::pitch_of(kMmPerInch / dpi.front(), kMmPerInch / dpi.back(), options.layer_height_mm);
 }
 
 }  // namespace
 
 void add_grid_options(CLI::App& command, GridOptions& options) {
-  command
-      .add_option("--printer", options.printer,
-                  "Take the pitch of this printer, unless another one is given, and warn of what the printer can't "
-                  "take. `ccslice printers` lists them")
-      ->group("Grid");
-  CLI::Option* pitch =
-      command.add_option("--pitch", options.pitch, "Voxel pitch in mm: X,Y,Z or one number for all")->group("Grid");
-  command.add_option("--dpi", options.dpi, "Voxels an inch: X,Y or one number for both")
-      ->group("Grid")
-      ->excludes(pitch);
-  command.add_option("--layer-height", options.layer_height_mm, "Pitch in z in mm, with --dpi")
-      ->group("Grid")
-      ->excludes(pitch);
-  command.add_option("--origin", options.origin, "Lower corner of the grid, X,Y,Z in mm (default: the part's)")
-      ->group("Grid");
-  command
-      .add_option("--extent", options.extent,
-                  "Size of the grid: COLUMNS,ROWS,LAYERS (default: as many as the part needs)")
-      ->group("Grid");
-  CLI::Option* region = command
-                            .add_option("--box", options.region,
-                                        "Slice only this box of the grid: X0,Y0,Z0,X1,Y1,Z1, its lower and upper "
-                                        "corner in mm of the printer's frame. Its voxels are those whose centres are "
-                                        "in it, with the same values as in the whole job. Layers keep their numbers")
-                            ->group("Grid");
+  const OptionGroup group(command, "Grid");
+  command.add_option("--printer", options.printer,
+                     "Take the pitch of this printer, unless another one is given, and warn of what the printer can't "
+                     "take. `ccslice printers` lists them");
+  CLI::Option* pitch = command.add_option("--pitch", options.pitch, "Voxel pitch in mm: X,Y,Z or one number for all");
+  command.add_option("--dpi", options.dpi, "Voxels an inch: X,Y or one number for both")->excludes(pitch);
+  command.add_option("--layer-height", options.layer_height_mm, "Pitch in z in mm, with --dpi")->excludes(pitch);
+  command.add_option("--origin", options.origin, "Lower corner of the grid, X,Y,Z in mm (default: the part's)");
+  command.add_option("--extent", options.extent,
+                     "Size of the grid: COLUMNS,ROWS,LAYERS (default: as many as the part needs)");
+  CLI::Option* region =
+      command.add_option("--box", options.region,
+                         "Slice only this box of the grid: X0,Y0,Z0,X1,Y1,Z1, its lower and upper "
+                         "corner in mm of the printer's frame. Its voxels are those whose centres are "
+                         "in it, with the same values as in the whole job. Layers keep their numbers");
   command
       .add_option(
           "--box-voxels", options.region_voxels,
           "The same in voxels: COLUMN,ROW,LAYER of the box's first voxel, counted from 0, and its COLUMNS,ROWS,LAYERS")
-      ->group("Grid")
       ->excludes(region);
 }
 
 void add_layout_options(CLI::App& command, LayoutOptions& options) {
+  const OptionGroup group(command, "Pictures");
   command
       .add_option("--row-order", options.row_order,
                   "Which row of a picture is on top: ascending puts the lowest y there; descending puts the highest, "
                   "as the layer is seen from above (default: ascending, and descending with --format grabcad)")
-      ->check(CLI::IsMember({"ascending", "descending"}))
-      ->group("Pictures");
+      ->check(CLI::IsMember({"ascending", "descending"}));
   command
       .add_option("--flip", options.flip,
                   "Mirror the pictures along x, y or xy, for machines that need it. The part, its outlines and the "
                   "numbers of voxels stay as they are; --scale mirrors the part")
-      ->check(CLI::IsMember({"x", "y", "xy"}))
-      ->group("Pictures");
+      ->check(CLI::IsMember({"x", "y", "xy"}));
 }
 
 void add_plane_options(CLI::App& command, PlaneOptions& options) {
-  command
-      .add_flag("--occupancy", options.occupancy,
-                "Write a picture of which voxels are inside (the default if no channel is named)")
-      ->group("Pictures");
+  const OptionGroup group(command, "Pictures");
+  command.add_flag("--occupancy", options.occupancy,
+                   "Write a picture of which voxels are inside (the default if no channel is named)");
   command
       .add_option("--channel", options.channels,
                   "Write a picture of a material channel: NAME[:u8|u16|f32[:MIN..MAX]]. Default: u8, and the channel's "
                   "own range. May be repeated")
-      ->allow_extra_args(false)
-      ->group("Pictures");
-  command
-      .add_flag("--all-channels", options.all_channels,
-                "Write one picture of all channels, as floats: a multi-channel EXR unless --encoding is zstd or raw")
-      ->group("Pictures");
-  command
-      .add_flag("--cell-regions", options.cell_regions,
-                "Write a picture of which cell region each voxel is in: 1 for the first, 0 outside; PNG files are in "
-                "colour (--regions-from makes regions)")
-      ->group("Pictures");
-  command.add_flag("--masks", options.masks, "Write a picture for each material, of which voxels hold it")
-      ->group("Pictures");
-  command
-      .add_option(
-          "--outside", options.outside,
-          "What pictures of channels hold outside the part, as manifest.json says: a sample (0 to 255 for u8, 0 "
-          "to 65535 for u16, any number or nan for f32), or alpha for PNG and TIFF files with an alpha channel "
-          "that is 0 outside (default: 0, as the lowest value inside)")
-      ->group("Pictures");
+      ->allow_extra_args(false);
+  command.add_flag(
+      "--all-channels", options.all_channels,
+      "Write one picture of all channels, as floats: a multi-channel EXR unless --encoding is zstd or raw");
+  command.add_flag(
+      "--cell-regions", options.cell_regions,
+      "Write a picture of which cell region each voxel is in: 1 for the first, 0 outside; PNG files are in "
+      "colour (--regions-from makes regions)");
+  command.add_flag("--masks", options.masks, "Write a picture for each material, of which voxels hold it");
+  command.add_option(
+      "--outside", options.outside,
+      "What pictures of channels hold outside the part, as manifest.json says: a sample (0 to 255 for u8, 0 "
+      "to 65535 for u16, any number or nan for f32), or alpha for PNG and TIFF files with an alpha channel "
+      "that is 0 outside (default: 0, as the lowest value inside)");
   command.add_option("--encoding", options.encoding, encoding_help())
       ->check(CLI::IsMember(encoding_options()))
-      ->capture_default_str()
-      ->group("Pictures");
-  command
-      .add_option("--contour-tolerance", options.tolerance_mm,
-                  "Largest distance from contour to surface in mm (default 0.001)")
-      ->group("Pictures");
-  command
-      .add_option(
-          "--channel-tolerance", options.channel_tolerance,
-          "How far a voxel's value may be from exact inversion, as a share of the picture's value range, 0 to 1; "
-          "0 inverts every voxel (default 1/1024 for u8 and for materials, 1/65536 for u16 and f32)")
-      ->group("Pictures");
-  command
-      .add_flag("--prove-channels", options.prove_channels,
-                "Interpolate only where polynomials' errors are proved to be within --channel-tolerance, not where "
-                "samples say so, and invert all other voxels; materials take 1 to 6 times as long")
-      ->group("Pictures");
+      ->capture_default_str();
+  command.add_option("--contour-tolerance", options.tolerance_mm,
+                     "Largest distance from contour to surface in mm (default 0.001)");
+  command.add_option(
+      "--channel-tolerance", options.channel_tolerance,
+      "How far a voxel's value may be from exact inversion, as a share of the picture's value range, 0 to 1; "
+      "0 inverts every voxel (default 1/1024 for u8 and for materials, 1/65536 for u16 and f32)");
+  command.add_flag("--prove-channels", options.prove_channels,
+                   "Interpolate only where polynomials' errors are proved to be within --channel-tolerance, not where "
+                   "samples say so, and invert all other voxels; materials take 1 to 6 times as long");
 }
 
 v1::GridSpec parse_grid(const GridOptions& options) {
   v1::GridSpec grid;
   const bool from_printer =
       !options.printer.empty() && options.pitch.empty() && options.dpi.empty() && options.layer_height_mm == 0;
-  if (!from_printer) parse_pitch(options, *grid.mutable_pitch());
+  if (!from_printer) *grid.mutable_pitch() = parse_pitch(options);
   if (!options.origin.empty()) {
     const std::vector<double> origin = parse_numbers("--origin", options.origin, 3, 3);
-    grid.mutable_origin_mm()->set_x(origin[0]);
-    grid.mutable_origin_mm()->set_y(origin[1]);
-    grid.mutable_origin_mm()->set_z(origin[2]);
+    *grid.mutable_origin_mm() = client::vector_of(origin[0], origin[1], origin[2]);
   }
   if (!options.extent.empty()) {
     const std::vector<std::uint32_t> extent = parse_counts("--extent", options.extent, "columns,rows,layers");
-    grid.mutable_extent()->set_columns(extent[0]);
-    grid.mutable_extent()->set_rows(extent[1]);
-    grid.mutable_extent()->set_layers(extent[2]);
+    *grid.mutable_extent() = client::extent_of(extent[0], extent[1], extent[2]);
   }
   return grid;
 }
@@ -289,12 +255,8 @@ std::optional<v1::Region> parse_region(const GridOptions& options) {
   v1::Region region;
   if (!options.region.empty()) {
     const std::vector<double> box = parse_numbers("--box", options.region, 6, 6);
-    for (const auto& [corner, first] : {std::pair{region.mutable_box_mm()->mutable_min_mm(), std::size_t{0}},
-                                        std::pair{region.mutable_box_mm()->mutable_max_mm(), std::size_t{3}}}) {
-      corner->set_x(box[first]);
-      corner->set_y(box[first + 1]);
-      corner->set_z(box[first + 2]);
-    }
+    *region.mutable_box_mm()->mutable_min_mm() = client::vector_of(box[0], box[1], box[2]);
+    *region.mutable_box_mm()->mutable_max_mm() = client::vector_of(box[3], box[4], box[5]);
     return region;
   }
   if (options.region_voxels.empty()) return std::nullopt;
@@ -303,9 +265,7 @@ std::optional<v1::Region> parse_region(const GridOptions& options) {
   region.mutable_voxels()->set_first_column(voxels[0]);
   region.mutable_voxels()->set_first_row(voxels[1]);
   region.mutable_voxels()->set_first_layer(voxels[2]);
-  region.mutable_voxels()->mutable_extent()->set_columns(voxels[3]);
-  region.mutable_voxels()->mutable_extent()->set_rows(voxels[4]);
-  region.mutable_voxels()->mutable_extent()->set_layers(voxels[5]);
+  *region.mutable_voxels()->mutable_extent() = client::extent_of(voxels[3], voxels[4], voxels[5]);
   return region;
 }
 

@@ -10,10 +10,7 @@ v1::Box3 part_box(Session& session, const std::string& mesh_id, const v1::Placem
   *request.mutable_job() = client::job_of(mesh_id, placement);
   // Any grid does: only the box is wanted. One voxel of the largest pitch is always within the limits.
   const double mm = session.server_info().slice_limits().max_pitch_mm();
-  v1::VoxelPitch& pitch = *request.mutable_job()->mutable_grid()->mutable_pitch();
-  pitch.set_x_mm(mm);
-  pitch.set_y_mm(mm);
-  pitch.set_z_mm(mm);
+  *request.mutable_job()->mutable_grid()->mutable_pitch() = client::pitch_of(mm, mm, mm);
   return session.client().plan(request, session.call()).grid().part_box();
 }
 

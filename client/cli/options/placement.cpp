@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "client/cli/base/option_group.h"
 #include "client/cli/base/text_values.h"
 #include "core/base/types.h"
 
@@ -39,17 +40,15 @@ Mat3 rotation(const std::string& text) {
 }  // namespace
 
 void add_placement_options(CLI::App& command, PlacementOptions& options) {
-  command
-      .add_option("--scale", options.scale,
-                  "One factor, or one for each axis; applied first. Negative factors mirror: 1,1,-1 turns z over. "
-                  "Lengths of other options are those of the scaled part")
-      ->group("Placement");
+  const OptionGroup group(command, "Placement");
+  command.add_option("--scale", options.scale,
+                     "One factor, or one for each axis; applied first. Negative factors mirror: 1,1,-1 turns z over. "
+                     "Lengths of other options are those of the scaled part");
   command
       .add_option("--rotate", options.rotate,
                   "AXIS=DEGREES about the mesh's origin, as in x=90; applied in order. May be repeated")
-      ->allow_extra_args(false)
-      ->group("Placement");
-  command.add_option("--translate", options.translate, "X,Y,Z in mm; applied last")->group("Placement");
+      ->allow_extra_args(false);
+  command.add_option("--translate", options.translate, "X,Y,Z in mm; applied last");
 }
 
 Vec3 parse_scale(const PlacementOptions& options) {

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "client/cli/base/message_json.h"
+#include "client/job.h"
 #include "client/plane_encodings.h"
 #include "core/mesh_import/renumber_text.h"
 
@@ -14,11 +15,7 @@ namespace ccslice::cli {
 namespace {
 
 v1::Vector3 vector_of(const v1::VoxelPitch& pitch) {
-  v1::Vector3 vector;
-  vector.set_x(pitch.x_mm());
-  vector.set_y(pitch.y_mm());
-  vector.set_z(pitch.z_mm());
-  return vector;
+  return client::vector_of(pitch.x_mm(), pitch.y_mm(), pitch.z_mm());
 }
 
 void add_numbers(const v1::Vector3& vector, google::protobuf::RepeatedField<double>& numbers) {

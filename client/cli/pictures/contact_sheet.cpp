@@ -86,18 +86,16 @@ v1::GridSpec sheet_grid(const v1::SliceHeader& header, const SpreadLayers& layer
   const v1::Grid& grid = header.grid();
   const v1::VoxelBox region = client::region_of(header);
   const v1::VoxelPitch& fine = grid.pitch();
-  v1::GridExtent& extent = *sheet.mutable_extent();
-  extent.set_columns(std::min(region.extent().columns(), static_cast<std::uint32_t>(layout.tile_width)));
-  extent.set_rows(std::min(region.extent().rows(), static_cast<std::uint32_t>(layout.tile_height)));
-  extent.set_layers(layers.count);
-  v1::VoxelPitch& pitch = *sheet.mutable_pitch();
-  pitch.set_x_mm(fine.x_mm() * region.extent().columns() / extent.columns());
-  pitch.set_y_mm(fine.y_mm() * region.extent().rows() / extent.rows());
-  pitch.set_z_mm(fine.z_mm() * layers.stride);
-  sheet.mutable_origin_mm()->set_x(grid.origin_mm().x() + region.first_column() * fine.x_mm());
-  sheet.mutable_origin_mm()->set_y(grid.origin_mm().y() + region.first_row() * fine.y_mm());
-  sheet.mutable_origin_mm()->set_z(grid.origin_mm().z() +
-                                   (layers.first + 0.5 - 0.5 * static_cast<double>(layers.stride)) * fine.z_mm());
+  const v1::GridExtent& extent = *sheet.mutable_extent() =
+      client::extent_of(std::min(region.extent().columns(), static_cast<std::uint32_t>(layout.tile_width)),
+                        std::min(region.extent().rows(), static_cast<std::uint32_t>(layout.tile_height)), layers.count);
+  *sheet.mutable_pitch() =
+      client::pitch_of(fine.x_mm() * region.extent().columns() / extent.columns(),
+                       fine.y_mm() * region.extent().rows() / extent.rows(), fine.z_mm() * layers.stride);
+  *sheet.mutable_origin_mm() = client::vector_of(
+      grid.origin_mm().x() + region.first_column() * fine.x_mm(),
+      grid.origin_mm().y() + region.first_row() * fine.y_mm(),
+      grid.origin_mm().z() + (layers.first + 0.5 - 0.5 * static_cast<double>(layers.stride)) * fine.z_mm());
   return sheet;
 }
 

@@ -10,6 +10,7 @@
 
 #include "client/address.h"
 #include "client/cli/base/console.h"
+#include "client/cli/base/option_group.h"
 #include "client/cli/base/text_values.h"
 #include "core/base/echo.h"
 #include "core/base/version.h"
@@ -71,65 +72,54 @@ std::string remedy_for(const client::ClientOptions& connection) {
 }
 
 void add_identity_options(CLI::App& command, CommonOptions& options) {
-  command
-      .add_option("--ca", options.ca,
-                  "Use TLS, and trust servers whose certificate this PEM file has signed (default: CCSLICE_CA; with "
-                  "https:// alone, what the system trusts)")
-      ->group("Server");
-  command
-      .add_option("--cert", options.cert,
-                  "Use TLS, and show servers that ask the certificate in this PEM file; goes with --key (default: "
-                  "CCSLICE_CERT)")
-      ->group("Server");
-  command.add_option("--key", options.key, "PEM file with the key of --cert (default: CCSLICE_KEY)")->group("Server");
-  command
-      .add_option("--token-file", options.token_file,
-                  "Send the first line of this file with every call, as a bearer token (default: CCSLICE_TOKEN_FILE)")
-      ->group("Server");
+  const OptionGroup group(command, "Server");
+  command.add_option("--ca", options.ca,
+                     "Use TLS, and trust servers whose certificate this PEM file has signed (default: CCSLICE_CA; with "
+                     "https:// alone, what the system trusts)");
+  command.add_option("--cert", options.cert,
+                     "Use TLS, and show servers that ask the certificate in this PEM file; goes with --key (default: "
+                     "CCSLICE_CERT)");
+  command.add_option("--key", options.key, "PEM file with the key of --cert (default: CCSLICE_KEY)");
+  command.add_option(
+      "--token-file", options.token_file,
+      "Send the first line of this file with every call, as a bearer token (default: CCSLICE_TOKEN_FILE)");
 }
 
 }  // namespace
 
 void add_output_options(CLI::App& command, CommonOptions& options) {
-  command.add_flag("--json", options.json, "Print one JSON document on standard output, errors included")
-      ->group("Output");
-  command
-      .add_flag("-q,--quiet", options.quiet,
-                "No progress and no notes; what plan warns of is in the manifest.json of slice alone")
-      ->group("Output");
+  const OptionGroup group(command, "Output");
+  command.add_flag("--json", options.json, "Print one JSON document on standard output, errors included");
+  command.add_flag("-q,--quiet", options.quiet,
+                   "No progress and no notes; what plan warns of is in the manifest.json of slice alone");
 }
 
 void add_server_options(CLI::App& command, CommonOptions& options) {
+  const OptionGroup group(command, "Server");
   // Not CLI11's envname(): all commands share one variable, and it would also be set for commands that aren't run.
-  command
-      .add_option("--server", options.server,
-                  std::string("Where ccsliced listens, HOST:PORT, https://HOST:PORT or unix:PATH, or several such with "
-                              "commas between them, one of which gets the calls of a mesh, and the next one where it "
-                              "fails (default: the environment variable CCSLICE_SERVER, or ") +
-                      kDefaultServer + ")")
-      ->group("Server");
+  command.add_option(
+      "--server", options.server,
+      std::string("Where ccsliced listens, HOST:PORT, https://HOST:PORT or unix:PATH, or several such with "
+                  "commas between them, one of which gets the calls of a mesh, and the next one where it "
+                  "fails (default: the environment variable CCSLICE_SERVER, or ") +
+          kDefaultServer + ")");
   add_identity_options(command, options);
-  command
-      .add_flag_function(
-          "--local,!--no-local", [&options](std::int64_t count) { options.local = count > 0; },
-          std::string("Start a ccsliced for this command alone, and end it with the command; --no-local: never do. "
-                      "Without either, one is started if no server is named and nobody answers at ") +
-              kDefaultServer)
-      ->group("Server");
+  command.add_flag_function(
+      "--local,!--no-local", [&options](std::int64_t count) { options.local = count > 0; },
+      std::string("Start a ccsliced for this command alone, and end it with the command; --no-local: never do. "
+                  "Without either, one is started if no server is named and nobody answers at ") +
+          kDefaultServer);
   command.add_option("--timeout", options.timeout_s, "Give up after this many seconds in all (0: never)")
       ->check(CLI::NonNegativeNumber)
-      ->capture_default_str()
-      ->group("Server");
+      ->capture_default_str();
   command
       .add_option("--patience", options.patience_s,
                   "Go on for so many seconds without a new layer while no server answers, or those that do are busy")
       ->check(CLI::Range(0.0, kLongestS))
-      ->capture_default_str()
-      ->group("Server");
+      ->capture_default_str();
   command
       .add_option("--attempts", options.attempts, "Give up after so many attempts in a row, too (default: no limit)")
-      ->check(CLI::PositiveNumber)
-      ->group("Server");
+      ->check(CLI::PositiveNumber);
   add_output_options(command, options);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "server/rpc/calls/plan_call.h"
+#include "server/rpc/calls/calls.h"
 
 #include <atomic>
 #include <exception>

@@ -14,7 +14,7 @@
 //
 // Whoever takes the call from one of them to the next does what has to be done then, so Finish is called once.
 
-#include "server/rpc/calls/preview_call.h"
+#include "server/rpc/calls/calls.h"
 
 #include <algorithm>
 #include <chrono>

@@ -7,7 +7,7 @@
 // One of these is under way at any time and decides what comes next; a cancel only makes it end sooner. Hashing a chunk
 // costs about as much as receiving it, so it needs no worker, but a client that sends tiny ones waits for its turn.
 
-#include "server/rpc/calls/upload_call.h"
+#include "server/rpc/calls/calls.h"
 
 #include <atomic>
 #include <memory>

@@ -218,12 +218,18 @@ v1::Box3 to_message(const Box3& value) {
   return message;
 }
 
+v1::VoxelPitch to_message(const VoxelPitch& value) {
+  v1::VoxelPitch message;
+  message.set_x_mm(value.x_mm);
+  message.set_y_mm(value.y_mm);
+  message.set_z_mm(value.z_mm);
+  return message;
+}
+
 v1::Grid to_message(const Grid& value) {
   v1::Grid message;
   *message.mutable_origin_mm() = to_message(value.origin_mm);
-  message.mutable_pitch()->set_x_mm(value.pitch.x_mm);
-  message.mutable_pitch()->set_y_mm(value.pitch.y_mm);
-  message.mutable_pitch()->set_z_mm(value.pitch.z_mm);
+  *message.mutable_pitch() = to_message(value.pitch);
   *message.mutable_extent() = extent_message(value.extent);
   *message.mutable_part_box() = to_message(value.part_box);
   return message;

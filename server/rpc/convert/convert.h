@@ -44,6 +44,7 @@ std::vector<PlaneSpec> to_planes(const google::protobuf::RepeatedPtrField<v1::Pl
 v1::SampleType to_message(SampleType type);
 v1::Vector3 to_message(const Vec3& value);
 v1::Box3 to_message(const Box3& value);
+v1::VoxelPitch to_message(const VoxelPitch& value);
 v1::Grid to_message(const Grid& value);
 v1::VoxelBox to_message(const VoxelBox& value);
 v1::PlaneSpec to_message(const PlaneSpec& value, const ChannelTable& channels, const std::optional<Printing>& printing);

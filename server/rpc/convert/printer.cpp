@@ -92,9 +92,7 @@ v1::PrinterProfile to_message(const PrinterProfile& value) {
   v1::PrinterProfile message;
   message.set_name(value.name);
   message.set_title(value.title);
-  message.mutable_pitch()->set_x_mm(value.pitch.x_mm);
-  message.mutable_pitch()->set_y_mm(value.pitch.y_mm);
-  message.mutable_pitch()->set_z_mm(value.pitch.z_mm);
+  *message.mutable_pitch() = to_message(value.pitch);
   *message.mutable_tray_mm() = to_message(value.tray_mm);
   message.set_max_materials(value.max_materials);
   message.set_min_layers(value.min_layers);
