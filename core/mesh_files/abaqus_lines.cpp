@@ -15,7 +15,6 @@
 namespace ccslice {
 namespace {
 
-constexpr std::uint64_t kMostIncludedBytes = 8ull << 30;
 constexpr std::size_t kMostIncludes = 1000;  // A few files that include each other twice could go on for ever.
 constexpr unsigned kLineBits = 40;
 
@@ -63,7 +62,8 @@ bool AbaqusKeyword::has(std::string_view parameter) const {
   return std::ranges::any_of(parameters, [&](const auto& known) { return known.first == parameter; });
 }
 
-AbaqusLines::AbaqusLines(std::string_view bytes, const FileOrigin& origin) {
+AbaqusLines::AbaqusLines(std::string_view bytes, const FileOrigin& origin)
+    : max_bytes_(origin.max_bytes), read_bytes_(bytes.size()) {
   namespace fs = std::filesystem;
   std::error_code unknown;
   if (!origin.path.empty()) folders_.push_back(fs::weakly_canonical(fs::absolute(origin.path).parent_path(), unknown));
@@ -135,7 +135,7 @@ void AbaqusLines::include(std::string_view name) {
     fail_at(mark_, ErrorCode::kFileUnsupported,
             "the file includes " + shown + ", which can't be told from its bytes alone: put its lines here instead");
   }
-  const std::vector<fs::path> found = find_files(fs::path(path).parent_path(), name);
+  const std::vector<fs::path> found = files_to_include(fs::path(path).parent_path(), name);
   if (found.size() != 1) {
     fail_at(
         mark_, ErrorCode::kFileUnreadable,
@@ -143,25 +143,38 @@ void AbaqusLines::include(std::string_view name) {
                        : std::to_string(found.size()) + " files are called " + shown + " but for the case of letters") +
             " in the folder of " + path + ", which includes it");
   }
-  std::error_code status;
-  const fs::path target = fs::weakly_canonical(found.front(), status);
-  if (!may_include(target)) {
-    fail_at(mark_, ErrorCode::kFileUnreadable,
-            shown + " is outside of the folder of " + files_.front().path +
-                ": allow the folder that it is in (--allow-includes), or put the file beside this one");
-  }
   if (++includes_ > kMostIncludes) {
     fail_at(mark_, ErrorCode::kMeshTooLarge, "more than " + std::to_string(kMostIncludes) + " includes");
   }
-  const std::size_t file = open(target.string());
+  const std::size_t file = open(found.front().string());
   const auto is_open = [&](const Place& place) {
     std::error_code ignored;
-    return place.file == file || fs::equivalent(files_[place.file].path, target, ignored);
+    return place.file == file || fs::equivalent(files_[place.file].path, found.front(), ignored);
   };
   if (std::any_of(places_.begin(), places_.end(), is_open)) {
     fail_at(mark_, ErrorCode::kFileSyntax, shown + " includes itself: take one of the includes out");
   }
   places_.push_back({file, 0, 0});
+}
+
+/// Files that `name` may stand for, canonical. Says of one outside that it is outside, and not whether it is there:
+/// somebody who sends a file must not learn what else there is.
+std::vector<std::filesystem::path> AbaqusLines::files_to_include(const std::filesystem::path& folder,
+                                                                 std::string_view name) const {
+  namespace fs = std::filesystem;
+  std::error_code unknown;
+  std::vector<fs::path> found = find_files(folder, name);
+  std::string slashed(name);
+  std::ranges::replace(slashed, '\\', '/');
+  const fs::path named = folder / slashed;
+  bool is_outside =
+      found.empty() && (fs::is_symlink(named, unknown) || !may_include(fs::weakly_canonical(named, unknown)));
+  for (fs::path& path : found) path = fs::weakly_canonical(path, unknown);
+  is_outside |= std::erase_if(found, [&](const fs::path& path) { return !may_include(path); }) > 0 && found.empty();
+  if (!is_outside) return found;
+  fail_at(mark_, ErrorCode::kFileUnreadable,
+          in_quotes(printable(name)) + " is outside of the folder of " + files_.front().path +
+              ": allow the folder that it is in (--allow-includes), or put the file beside this one");
 }
 
 bool AbaqusLines::may_include(const std::filesystem::path& target) const {
@@ -171,17 +184,18 @@ bool AbaqusLines::may_include(const std::filesystem::path& target) const {
 }
 
 std::size_t AbaqusLines::open(const std::string& path) {
-  for (std::size_t file = 1; file < files_.size(); ++file) {
-    if (files_[file].path != path) continue;
-    included_bytes_ += files_[file].bytes.size();  // Its lines are read again.
-    if (included_bytes_ <= kMostIncludedBytes) return file;
-    fail_at(mark_, ErrorCode::kMeshTooLarge,
-            "the included files have more than " + std::to_string(kMostIncludedBytes) + " bytes, each time counted");
+  const auto known =
+      std::find_if(files_.begin() + 1, files_.end(), [&](const File& file) { return file.path == path; });
+  const auto file = static_cast<std::size_t>(known - files_.begin());
+  if (known == files_.end()) {
+    File& opened = files_.emplace_back(File{path, read_file_bytes(path, max_bytes_), {}});
+    opened.bytes = opened.owned;
   }
-  File& file = files_.emplace_back(File{path, read_file_bytes(path, kMostIncludedBytes - included_bytes_), {}});
-  file.bytes = file.owned;
-  included_bytes_ += file.bytes.size();
-  return files_.size() - 1;
+  read_bytes_ += files_[file].bytes.size();
+  if (read_bytes_ <= max_bytes_) return file;
+  fail_at(mark_, ErrorCode::kMeshTooLarge,
+          "with the files that it includes, each time counted, the file has more than " + std::to_string(max_bytes_) +
+              " bytes (--max-file-bytes)");
 }
 
 double AbaqusLines::any_real(std::string_view entry, std::string_view expected) const {

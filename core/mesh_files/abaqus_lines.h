@@ -39,7 +39,8 @@ struct AbaqusKeyword {
 class AbaqusLines {
  public:
   /// `bytes` must outlive the lines. Includes are relative to the folder of the file that has them. They have to be in
-  /// the folder of origin.path, in origin.includes, or below: a file that somebody sent must not read others.
+  /// the folder of origin.path, in origin.includes, or below: a file that somebody sent must not read others. All of
+  /// them together may have origin.max_bytes.
   AbaqusLines(std::string_view bytes, const FileOrigin& origin);
 
   /// Goes on to the next line that isn't a comment. False behind the last one.
@@ -73,6 +74,7 @@ class AbaqusLines {
     std::size_t file, at, line;
   };
   bool next_raw();
+  std::vector<std::filesystem::path> files_to_include(const std::filesystem::path& folder, std::string_view name) const;
   bool may_include(const std::filesystem::path& target) const;
   std::size_t open(const std::string& path);
 
@@ -80,7 +82,8 @@ class AbaqusLines {
   std::deque<File> files_;                      // Each once, however often it is included.
   std::vector<Place> places_;                   // The file that is being read is the last one.
   std::size_t includes_ = 0;
-  std::uint64_t included_bytes_ = 0;
+  const std::uint64_t max_bytes_;
+  std::uint64_t read_bytes_;  // Of all files, each time counted.
   std::string_view line_;
   std::uint64_t mark_ = 0;
   std::vector<std::string_view> entries_;

@@ -52,6 +52,7 @@ struct SecondOrderCells {
 struct FileOrigin {
   std::string path{};      // Empty: nobody knows, and nothing is included.
   std::string includes{};  // A folder that files may be included from, besides that of `path`; those below it, too.
+  std::uint64_t max_bytes = std::uint64_t{8} << 30;  // Of the file with all that it includes.
 };
 
 struct MeshFile {

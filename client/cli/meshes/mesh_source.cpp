@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "client/cli/base/console.h"
+#include "client/cli/base/option_group.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/meshes/ccmesh.h"
 #include "client/cli/meshes/mesh_convert.h"
@@ -284,6 +285,11 @@ void refuse_broken_id(const std::string& mesh) {
               mesh + " is no file, and no mesh's id: those have 64 hexadecimal digits in lower case behind sha256:");
 }
 
+/// CLI11 reads -1 as the largest number that there is.
+std::string is_size(const std::string& text) {
+  return text.find('-') == std::string::npos ? "" : "takes bytes, or a size such as 512MiB, not '" + text + "'";
+}
+
 bool changes_mesh(const MeshOptions& options, const Changes& changes) {
   return !changes.grades.empty() || options.meaning.any() || changes.sizing.changes() ||
          !options.regions_from.empty() || !changes.averaged.empty();
@@ -359,7 +365,7 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
   refuse_broken_id(options.mesh);
   std::string bytes = read_file_bytes(options.mesh, options.max_file_bytes);
   const bool contract = mesh_file_kind(bytes) == MeshFileKind::kUnknown;
-  MeshFile file = read_any(bytes, {options.mesh, options.allow_includes});
+  MeshFile file = read_any(bytes, {options.mesh, options.allow_includes, options.max_file_bytes});
   const bool allows_folds = file.mesh.allow_folds;
   const bool leaves_nodes_out = !file.mesh.as_meshed && !file.mesh.mid_nodes.empty();
   const bool joined =
@@ -389,23 +395,21 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required, bo
       "file";
   command.add_option("MESH", options.mesh, files + (files_only ? "" : ", or the id of an uploaded mesh (sha256:...)"))
       ->required(required);
+  const OptionGroup group(command, "Mesh");
   command
       .add_option(
           "--grade", options.grades,
           "Add a material channel: NAME=x|y|z[:A..B] along an axis, NAME=radial[:x|y|z][:A..B][:@X,Y,Z] away from "
           "an axis or a point, NAME=distance[:A..B][:DEPTH] from the boundary inwards, NAME=file:PATH one value for "
           "each vertex that cells use, as the file lists them. Lengths are mm of the printed size. May be repeated")
-      ->allow_extra_args(false)
-      ->group("Mesh");
-  command
-      .add_option(
-          "--regions-from", options.regions_from,
-          "Make cell regions, with sharp interfaces between them, of a number that the file has for each cell: "
-          "the name of an array of cell data in .vtk and .vtu, of a property of cells in .ovm, 'reference' in MEDIT "
-          ".mesh, 'entity' in Gmsh .msh, 'block' in Exodus; or of sets of cells, NAME,NAME,... or 'sets' for all: "
-          "element sets in Abaqus .inp, physical groups in Gmsh .msh, element blocks in Exodus; or of 'materials', "
-          "which sections give to element sets in .inp")
-      ->group("Mesh");
+      ->allow_extra_args(false);
+  command.add_option(
+      "--regions-from", options.regions_from,
+      "Make cell regions, with sharp interfaces between them, of a number that the file has for each cell: "
+      "the name of an array of cell data in .vtk and .vtu, of a property of cells in .ovm, 'reference' in MEDIT "
+      ".mesh, 'entity' in Gmsh .msh, 'block' in Exodus; or of sets of cells, NAME,NAME,... or 'sets' for all: "
+      "element sets in Abaqus .inp, physical groups in Gmsh .msh, element blocks in Exodus; or of 'materials', "
+      "which sections give to element sets in .inp");
   command
       .add_option(
           "--cell-data", options.cell_data,
@@ -413,23 +417,20 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required, bo
           "of vectors): NAME=average gives each vertex the mean of its cells, weighted by their volumes; "
           "NAME=by-region the mean of its cells in each region of --regions-from, so that the channel jumps across "
           "interfaces. May be repeated")
-      ->allow_extra_args(false)
-      ->group("Mesh");
+      ->allow_extra_args(false);
   add_size_options(command, options.size);
   add_merge_options(command, options.merge);
   add_meaning_options(command, options.meaning);
+  command.add_flag("--allow-folds", options.allow_folds,
+                   "Accept inverted cells with a warning instead of refusing them");
+  command.add_option("--allow-includes", options.allow_includes,
+                     "A folder that an Abaqus file may include others from, besides its own folder and those below it");
   command
-      .add_flag("--allow-folds", options.allow_folds, "Accept inverted cells with a warning instead of refusing them")
-      ->group("Mesh");
-  command
-      .add_option("--allow-includes", options.allow_includes,
-                  "A folder that an Abaqus file may include others from, besides its own folder and those below it")
-      ->group("Mesh");
-  command
-      .add_option("--max-file-bytes", options.max_file_bytes, "Refuse larger files: bytes, or a size such as 512MiB")
+      .add_option("--max-file-bytes", options.max_file_bytes,
+                  "Refuse files that are larger, with those that they include: bytes, or a size such as 512MiB")
       ->transform(CLI::AsSizeValue(false))
-      ->default_str("8GiB")
-      ->group("Mesh");
+      ->transform(CLI::Validator(is_size, ""))
+      ->default_str("8GiB");
 }
 
 LoadedMesh load_mesh(const MeshOptions& options, bool quiet) {

@@ -213,6 +213,48 @@ TEST_F(IncludedFiles, StayBelowTheFolderUnlessAllowed) {
   expect_error([&] { read_with(""); }, ErrorCode::kFileUnreadable, "outside of the folder");
 }
 
+// Lest somebody who sends files learns which others there are.
+TEST_F(IncludedFiles, AreToldAlikeOutsideOfTheFolderWhetherTheyAreThereOrNot) {
+  write("there.inp", "*NODE\n");
+  write("THERE.inp", "*NODE\n");
+  const auto told_of = [&](const std::string& name) -> std::string {
+    try {
+      (void)read(write("deeper/main.inp", "*INCLUDE, INPUT=" + name + "\n"));
+    } catch (const Error& error) {
+      std::string told = error.what();
+      const std::size_t at = told.find(name);
+      return at == std::string::npos ? told : told.replace(at, name.size(), "NAME");
+    }
+    return "no error";
+  };
+  fs::create_symlink(folder_ / "there.inp", folder_ / "deeper/to_there.inp");
+  fs::create_symlink(folder_ / "none.inp", folder_ / "deeper/to_none.inp");
+  fs::create_directory_symlink(folder_, folder_ / "deeper/up");
+  const std::string outside = told_of("../there.inp");
+  EXPECT_THAT(outside, HasSubstr("'NAME' is outside of the folder"));
+  for (const std::string& name : {std::string("../none.inp"), std::string("..\\none.inp"), std::string("..\\There.inp"),
+                                  std::string("../none/none.inp"), std::string("to_there.inp"),
+                                  std::string("to_none.inp"), std::string("up/none.inp"), std::string("up/there.inp"),
+                                  std::string("/etc/hostname"), std::string("/etc/none.inp")}) {
+    EXPECT_EQ(told_of(name), outside) << name;
+  }
+}
+
+TEST_F(IncludedFiles, CountTowardsTheMostBytes) {
+  const std::string nodes = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n";
+  const std::string include = "*INCLUDE, INPUT=nodes.inp\n", element = "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n";
+  write("nodes.inp", nodes);
+  const auto read_within = [&](const std::string& text, std::uint64_t bytes) {
+    const std::string path = write("main.inp", text);
+    return read_abaqus(read_file_bytes(path, bytes), {}, {path, "", bytes});
+  };
+  const std::uint64_t all = include.size() + element.size() + nodes.size();
+  EXPECT_EQ(read_within(include + element, all).mesh.cell_count(), 1u);
+  expect_error([&] { read_within(include + element, all - 1); }, ErrorCode::kMeshTooLarge, "--max-file-bytes");
+  expect_error([&] { read_within(include + include + element, all + include.size()); }, ErrorCode::kMeshTooLarge,
+               "each time counted");
+}
+
 TEST_F(IncludedFiles, AreNamedWithTheirLines) {
   write("nodes.inp", "*NODE\n1, 0, 0, 0\n2, 1, zero, 0\n");
   expect_error([&] { read(write("main.inp", "*INCLUDE, INPUT=nodes.inp\n")); }, ErrorCode::kFileSyntax,
