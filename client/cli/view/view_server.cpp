@@ -5,19 +5,19 @@
 
 #include <google/protobuf/struct.pb.h>
 #include <google/protobuf/util/json_util.h>
-#include <httplib.h>
-#undef _res  // A macro of <resolv.h>, and a parameter's name in Eigen.
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <exception>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "client/cli/base/message_json.h"
+#include "client/cli/view/growing_pool.h"
 #include "client/cli/view/view_guard.h"
 #include "client/cli/view/view_previews.h"
 #include "client/cli/view/web_files.h"
@@ -30,8 +30,8 @@ namespace {
 
 constexpr std::size_t kMostBodyBytes = 4 << 20, kMostSessionBytes = 256;
 constexpr const char* kSessionPath = "/api/session";
-constexpr int kBadRequest = 400, kConflict = 409, kNotFound = 404, kLengthRequired = 411, kTooMany = 429,
-              kInternal = 500, kAway = 503;
+constexpr int kBadRequest = 400, kConflict = 409, kNotFound = 404, kLengthRequired = 411, kBadRange = 416,
+              kTooMany = 429, kInternal = 500, kAway = 503;
 
 void answer_error(int status, const std::string& reason, const std::string& message, httplib::Response& response) {
   v1::FailureDocument document;
@@ -116,11 +116,20 @@ struct ViewServer::State {
   ViewedMesh mesh;
   ViewPages pages;
   httplib::Server server;
+  std::map<std::string, httplib::Server::Handler> gets;  // By path.
   std::unique_ptr<ViewGuard> guard;
   int port = 0;
 
+  void add_get(const std::string& path, httplib::Server::Handler handler) {
+    server.Get(path, gets[path] = std::move(handler));
+  }
   void add_files();
   void add_calls();
+  /// Before a body is read.
+  httplib::Server::HandlerResponse admit(const httplib::Request& request, httplib::Response& response);
+  /// The library refuses ranges that are none before anybody can tell it to ignore them.
+  httplib::Server::HandlerResponse answer_in_spite_of_range(const httplib::Request& request,
+                                                            httplib::Response& response);
   /// A handler whose errors become answers.
   template <typename Handle>
   httplib::Server::Handler answering(Handle handle);
@@ -159,8 +168,8 @@ void ViewServer::State::add_files() {
     const auto serve = [&file](const httplib::Request&, httplib::Response& response) {
       response.set_content(file.text.data(), file.text.size(), type_of(file.path));
     };
-    server.Get(std::string(file.path), serve);
-    if (file.path == "/index.html") server.Get("/", serve);
+    add_get(std::string(file.path), serve);
+    if (file.path == "/index.html") add_get("/", serve);
   }
 }
 
@@ -251,12 +260,46 @@ void ViewServer::State::add_calls() {
     response.status = kNoContent;
     response.set_header("Set-Cookie", guard->cookie());
   });
-  server.Get("/api/meshes", answering([this](const httplib::Request&, httplib::Response& r) { list(r); }));
+  add_get("/api/meshes", answering([this](const httplib::Request&, httplib::Response& r) { list(r); }));
   server.Post("/api/preview", answering([this](const httplib::Request& q, httplib::Response& r) { show(q, r); }));
   server.Post("/api/plan", answering([this](const httplib::Request& q, httplib::Response& r) { plan(q, r); }));
   server.Post("/api/boundary",
               answering([this](const httplib::Request& q, httplib::Response& r) { tessellate(q, r); }));
   server.Post("/api/probe", answering([this](const httplib::Request& q, httplib::Response& r) { probe(q, r); }));
+}
+
+httplib::Server::HandlerResponse ViewServer::State::admit(const httplib::Request& request,
+                                                          httplib::Response& response) {
+  std::array<std::string, 4> texts;
+  if (const auto refusal = guard->refuse_stranger(headers_of(request, texts))) {
+    answer_error(refusal->status, "STRANGER", refusal->message, response);
+    return httplib::Server::HandlerResponse::Handled;
+  }
+  // The library bounds bodies by the length that they announce: chunked ones not at all, nor what packed ones become.
+  if (request.has_header("Transfer-Encoding") || request.has_header("Content-Encoding")) {
+    answer_error(kLengthRequired, "REQUEST_MALFORMED", "a body needs a Content-Length, and no Content-Encoding",
+                 response);
+    return httplib::Server::HandlerResponse::Handled;
+  }
+  if (request.path.starts_with("/api/") && request.path != kSessionPath) {
+    if (const auto refusal = guard->refuse_without_token(headers_of(request, texts))) {
+      answer_error(refusal->status, "TOKEN_MISSING", refusal->message, response);
+      return httplib::Server::HandlerResponse::Handled;
+    }
+  }
+  // A thousand ranges of a file would be a thousand copies of it. Servers may ignore ranges.
+  const_cast<httplib::Request&>(request).ranges.clear();
+  return httplib::Server::HandlerResponse::Unhandled;
+}
+
+httplib::Server::HandlerResponse ViewServer::State::answer_in_spite_of_range(const httplib::Request& request,
+                                                                             httplib::Response& response) {
+  const auto get = gets.find(request.path);
+  if (request.method != "GET" || get == gets.end()) return httplib::Server::HandlerResponse::Unhandled;
+  constexpr int kOk = 200;
+  response.status = kOk;
+  if (admit(request, response) == httplib::Server::HandlerResponse::Unhandled) get->second(request, response);
+  return httplib::Server::HandlerResponse::Handled;
 }
 
 ViewServer::ViewServer(Session& session, ViewedMesh mesh, std::uint16_t port)
@@ -277,9 +320,8 @@ ViewServer::ViewServer(Session& session, ViewedMesh mesh, std::uint16_t port)
   }
   state.guard = std::make_unique<ViewGuard>(static_cast<std::uint16_t>(state.port), random_token());
   state.server.set_payload_max_length(kMostBodyBytes);
-  // Browsers keep half a dozen connections open, and each has a thread for some seconds.
-  constexpr std::size_t kThreads = 48;
-  state.server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+  constexpr std::size_t kMostConnections = 500;  // Which select() can tell apart, with all else that is open.
+  state.server.new_task_queue = [] { return new GrowingPool(kMostConnections); };
   constexpr std::size_t kRequestsPerConnection = 1000;  // By itself the library ends a connection after five.
   state.server.set_keep_alive_max_count(kRequestsPerConnection);
   state.server.set_default_headers({
@@ -290,29 +332,13 @@ ViewServer::ViewServer(Session& session, ViewedMesh mesh, std::uint16_t port)
       {"Referrer-Policy", "no-referrer"},
       {"Cache-Control", "no-store"},
   });
-  state.server.set_pre_routing_handler([&state](const httplib::Request& request, httplib::Response& response) {
-    std::array<std::string, 4> texts;
-    if (const auto refusal = state.guard->refuse_stranger(headers_of(request, texts))) {
-      answer_error(refusal->status, "STRANGER", refusal->message, response);
-      return httplib::Server::HandlerResponse::Handled;
-    }
-    // The library bounds bodies by the length that they announce: chunked ones not at all, nor what packed ones become.
-    if (request.has_header("Transfer-Encoding") || request.has_header("Content-Encoding")) {
-      answer_error(kLengthRequired, "REQUEST_MALFORMED", "a body needs a Content-Length, and no Content-Encoding",
-                   response);
-      return httplib::Server::HandlerResponse::Handled;
-    }
-    // Before a body is read.
-    if (request.path.starts_with("/api/") && request.path != kSessionPath) {
-      if (const auto refusal = state.guard->refuse_without_token(headers_of(request, texts))) {
-        answer_error(refusal->status, "TOKEN_MISSING", refusal->message, response);
-        return httplib::Server::HandlerResponse::Handled;
-      }
-    }
-    // A thousand ranges of a file would be a thousand copies of it. Servers may ignore ranges.
-    const_cast<httplib::Request&>(request).ranges.clear();
-    return httplib::Server::HandlerResponse::Unhandled;
+  state.server.set_pre_routing_handler([&state](const httplib::Request& q, httplib::Response& r) {  //
+    return state.admit(q, r);
   });
+  const httplib::Server::HandlerWithResponse on_error = [&state](const httplib::Request& q, httplib::Response& r) {
+    return r.status == kBadRange ? state.answer_in_spite_of_range(q, r) : httplib::Server::HandlerResponse::Unhandled;
+  };
+  state.server.set_error_handler(on_error);
   state.add_files();
   state.add_calls();
 }

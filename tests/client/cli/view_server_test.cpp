@@ -23,6 +23,7 @@
 #include "client/client.h"
 #include "core/base/types.h"
 #include "tests/client/command_line.h"
+#include "tests/server/service/kept_connections.h"
 
 namespace ccslice::client {
 namespace {
@@ -108,7 +109,19 @@ TEST_F(View, IgnoresRangesAndRefusesBodiesWithoutALength) {
   const auto page = http_->Get("/view.js", {{"Range", ranges}});
   ASSERT_TRUE(page);
   EXPECT_EQ(page->status, 200);
-  EXPECT_EQ(page->body, http_->Get("/view.js")->body);
+  const std::string whole = http_->Get("/view.js")->body;
+  EXPECT_EQ(page->body, whole);
+  for (const char* range : {"bytes=9-1", "lines=1-2", "nonsense", "bytes=99999999999999999999-", "bytes=0-1,9-2"}) {
+    const auto answer = http_->Get("/view.js", {{"Range", range}});
+    ASSERT_TRUE(answer) << range;
+    EXPECT_EQ(answer->status, 200) << range;
+    EXPECT_EQ(answer->body, whole) << range;
+    EXPECT_EQ(http_->Get("/api/meshes", {{"Range", range}})->status, 401);
+    httplib::Headers headers = bearer();
+    headers.emplace("Range", range);
+    EXPECT_EQ(http_->Get("/api/meshes", headers)->status, 200);
+    EXPECT_EQ(http_->Get("/view.js", {{"Range", range}, {"Host", "evil.example"}})->status, 421);
+  }
   const auto chunked = http_->Post(
       "/api/preview", bearer(), [](std::size_t, httplib::DataSink& sink) { return sink.done(), true; },
       "application/json");
@@ -163,6 +176,17 @@ TEST_F(View, AnswersAtOnceOnAConnectionThatIsInUse) {
   }
   std::sort(times.begin(), times.end());
   EXPECT_LT(times[times.size() / 2], std::chrono::milliseconds(30));
+}
+
+TEST_F(View, AnswersAtOnceBesideSlowConnections) {
+  std::vector<server::Descriptor> slow;
+  for (int i = 0; i < 100; ++i) {
+    slow.push_back(server::call_from("127.0.0.1", host_));
+    EXPECT_EQ(write(slow.back().get(), "GET /vi", i % 2 == 0 ? 7 : 0), i % 2 == 0 ? 7 : 0);
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(http_->Get("/view.js")->status, 200);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(3));
 }
 
 TEST_F(View, OfManyRequestsTheLatestIsAnswered) {
