@@ -8,7 +8,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/cli/base/exit_codes.h"
@@ -121,9 +123,9 @@ TEST_F(CommandLine, PicturesNameTheOptionThatIsWrong) {
     EXPECT_EQ(result.exit_code, code) << testing::PrintToString(arguments) << result.err;
     return result.err;
   };
-  EXPECT_THAT(error_of({"--animate"}), HasSubstr("--plane, --layer or --sweep"));
+  EXPECT_THAT(error_of({"--animate"}), HasSubstr("--animate is for a sweep (--sweep)"));
   EXPECT_THAT(error_of({"--plane", "up"}), HasSubstr("--plane takes"));
-  EXPECT_THAT(error_of({"--plane", "z=1", "--layer", "2"}), HasSubstr("one of the two"));
+  EXPECT_THAT(error_of({"--plane", "z=1", "--layer", "2"}), HasSubstr("--plane is for a cut (--plane) or a sweep"));
   EXPECT_THAT(error_of({"--plane", "z=1", "--animate"}), HasSubstr("--sweep"));
   EXPECT_THAT(error_of({"--plane", "z=1", "--lines", "17"}), HasSubstr("--lines"));
   EXPECT_THAT(error_of({"--plane", "z=1", "--show", "mix"}), HasSubstr("--material"));
@@ -132,6 +134,93 @@ TEST_F(CommandLine, PicturesNameTheOptionThatIsWrong) {
   EXPECT_THAT(error_of({"--plane", "z=1", "--channel", "gradient", "--range", "1,1"}), HasSubstr("--range"));
   EXPECT_THAT(error_of({"--layer", "999", "--pitch", "1"}, cli::kExitRefused), HasSubstr("--layer"));
   EXPECT_FALSE(fs::exists(path("p.png")));
+}
+
+TEST_F(CommandLine, PicturesRefuseOptionsThatTheyMakeNothingOf) {
+  const std::vector<std::string> materials = {"--material", "a=#ff0000", "--material",
+                                              "b=#00ff00",  "--map",     "blend:gradient:0=a,1=b"};
+  const std::vector<std::vector<std::string>> space = {
+      {"--colours", "grey"}, {"--pitch", "1"},      {"--printer", "j750-hq"},     {"--box", "0,0,0,1,1,1"},
+      {"--range", "0,1"},    {"--at", "1,1,1"},     {"--extent", "1,1,1"},        {"--dpi", "300"},
+      {"--frame-ms", "50"},  {"--show", "channel"}, {"--halftone", "white-noise"}};
+  const std::vector<std::vector<std::string>> layer = {
+      {"--pixels", "640"}, {"--voxels", "20"}, {"--cut", "x=0.5"}, {"--no-legend"}, {"--colours", "grey"}};
+  const std::vector<std::vector<std::string>> plane = {
+      {"--pitch", "1"}, {"--box-voxels", "0,0,0,1,1,1"}, {"--animate"}, {"--view", "1,2"}, {"--seed", "3"}};
+  const auto refuse_all = [&](const std::vector<std::string>& picture,
+                              const std::vector<std::vector<std::string>>& unfit) {
+    for (const std::vector<std::string>& option : unfit) {
+      std::vector<std::string> arguments = {"picture", box_};
+      arguments.insert(arguments.end(), picture.begin(), picture.end());
+      arguments.insert(arguments.end(), option.begin(), option.end());
+      const ProcessResult result = run(arguments);
+      EXPECT_EQ(result.exit_code, cli::kExitUsage) << testing::PrintToString(arguments);
+      EXPECT_THAT(result.err, HasSubstr(option.front() + " is for ")) << testing::PrintToString(arguments);
+      EXPECT_THAT(result.err, HasSubstr("or leave " + option.front() + " out"));
+    }
+  };
+  refuse_all({"-o", path("p.png")}, space);
+  refuse_all({"-o", path("p.png"), "--layer", "1", "--pitch", "1"}, layer);
+  refuse_all({"-o", path("p.png"), "--plane", "z=1"}, plane);
+  refuse_all({"--terminal", "--channel", "gradient"}, {{"--colours", "viridis"}, {"--force"}, {"-o", path("p.png")}});
+  std::vector<std::string> printed = {"-o", path("p.png"), "--channel", "gradient"};
+  printed.insert(printed.end(), materials.begin(), materials.end());
+  std::vector<std::string> shown = printed;
+  shown.insert(shown.end(), {"--plane", "z=1", "--show", "mix"});
+  for (const auto& [arguments, option] : {std::pair(printed, "--material"), {shown, "--channel"}}) {
+    std::vector<std::string> command = {"picture", box_};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    EXPECT_THAT(run(command).err, HasSubstr(std::string(option) + " is for "));
+  }
+  EXPECT_FALSE(fs::exists(path("p.png")));
+}
+
+TEST_F(CommandLine, PicturesTakeAsManyCharactersAsAreAskedFor) {
+  const auto columns = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"picture", box_, "--terminal", "--plane", "z=4"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const std::string out = run(arguments).out;
+    std::size_t most = 0;
+    for (std::size_t at = 0; at < out.size(); at = out.find('\n', at) + 1)
+      most = std::max(most, out.find('\n', at) - at);
+    return most;
+  };
+  EXPECT_GT(columns({"--pixels", "640"}), 600u);
+  EXPECT_LE(columns({}), 80u);
+}
+
+TEST_F(CommandLine, HelpSaysWhichPicturesAnOptionIsFor) {
+  const std::string help = run_alone({"picture", "--help"}).out;
+  const auto folded = [&] {
+    std::string text;
+    for (const char c : help) {
+      if (c != '\n' && (c != ' ' || !text.ends_with(' '))) text += c;
+      if (c == '\n') text += text.ends_with(' ') ? "" : " ";
+    }
+    return text;
+  }();
+  EXPECT_THAT(folded, HasSubstr("this many pixels wide. For a cut, a layer or a sweep"));
+  EXPECT_THAT(folded, HasSubstr("For a cut, a layer or a sweep; the values of a channel; a file"));
+}
+
+TEST_F(CommandLine, DrawsALayerOfAJobOfAFile) {
+  const std::vector<std::string> said = {"--pitch",    "0.5",       "--at",       "0,0,0",
+                                         "--at",       "30,0,0",    "--material", "a=#ff0000",
+                                         "--material", "b=#00ff00", "--map",      "blend:gradient:0=a,1=b"};
+  std::vector<std::string> plan = {"plan", box_, "--write-job", path("job.json")};
+  std::vector<std::string> drawn = {"picture", box_, "--layer", "3", "-o", path("said.png")};
+  plan.insert(plan.end(), said.begin(), said.end());
+  drawn.insert(drawn.end(), said.begin(), said.end());
+  ASSERT_EQ(run(plan).exit_code, cli::kExitOk);
+  ASSERT_EQ(run(drawn).exit_code, cli::kExitOk);
+  const ProcessResult again = run({"picture", "--job", path("job.json"), "--layer", "3", "-o", path("again.png")});
+  ASSERT_EQ(again.exit_code, cli::kExitOk) << again.err;
+  EXPECT_THAT(again.out, testing::AllOf(HasSubstr("a "), HasSubstr("b "), HasSubstr("%")));
+  EXPECT_EQ(read_whole(path("again.png")), read_whole(path("said.png")));
+  EXPECT_THAT(run({"picture", "--job", path("job.json"), "-o", path("no.png")}).err, HasSubstr("--job is for a layer"));
+  EXPECT_THAT(run({"picture", "--job", path("job.json"), "--layer", "3", "--pitch", "1", "-o", path("no.png")}).err,
+              HasSubstr("--job says the whole job"));
+  EXPECT_THAT(run({"picture", "-o", path("no.png")}).err, HasSubstr("MESH"));
 }
 
 }  // namespace

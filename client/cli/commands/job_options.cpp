@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iterator>
 
+#include "client/cli/base/console.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/options/job_file.h"
 #include "client/cli/output/grabcad.h"
@@ -38,11 +38,16 @@ v1::SliceJob job_of_file(const JobOptions& options) {
 }
 
 /// Returns the file of a part's mesh, which the command line or the job names, or the mesh's id.
-std::string mesh_of_part(const JobOptions& options, const v1::SliceJob& job, int p) {
-  if (!options.mesh.mesh.empty()) {
-    return p == 0 ? options.mesh.mesh : options.parts.more[static_cast<std::size_t>(p) - 1];
-  }
+std::string mesh_of_part(const Session& session, const JobOptions& options, const v1::SliceJob& job, int p) {
   const std::string& id = job.parts(p).mesh_id();
+  if (!options.mesh.mesh.empty()) {
+    const std::string& given = p == 0 ? options.mesh.mesh : options.parts.more[static_cast<std::size_t>(p) - 1];
+    if (!id.empty() && !client::is_mesh_id(id) && !session.quiet()) {
+      print_note("note: " + echoed(given) + " stands in for " + echoed(id) + ", which " + options.file +
+                 " names in parts[" + std::to_string(p) + "]");
+    }
+    return given;
+  }
   if (id.empty()) {
     throw UsageError("--job: parts[" + std::to_string(p) + "] of " + options.file +
                      " has no mesh_id; give it an id or a path, or name the files as MESH");
@@ -50,20 +55,26 @@ std::string mesh_of_part(const JobOptions& options, const v1::SliceJob& job, int
   return client::is_mesh_id(id) ? id : mesh_path(options.file, id);
 }
 
+/// Notes the options that `add` adds.
+template <typename Add>
+void said_in_files(const CLI::App& app, JobOptions& options, const Add& add) {
+  const std::vector<const CLI::Option*> known = app.get_options();
+  add();
+  for (const CLI::Option* option : app.get_options()) {
+    if (std::ranges::find(known, option) == known.end()) options.said_in_files.push_back(option);
+  }
+}
+
 }  // namespace
 
-void add_job_options(CLI::App& app, JobOptions& options, CommonOptions& common) {
+void add_placed_job_options(CLI::App& app, JobOptions& options, CommonOptions& common) {
   add_mesh_options(app, options.mesh, false);
   add_part_options(app, options.parts);
-  const auto is_new = [known = app.get_options()](const CLI::Option* option) {
-    return std::ranges::find(known, option) == known.end();
-  };
-  add_grid_options(app, options.grid);
-  add_placement_options(app, options.placement);
-  add_plane_options(app, options.planes);
-  add_layout_options(app, options.layout);
-  add_printing_options(app, options.printing);
-  std::ranges::copy_if(app.get_options(), std::back_inserter(options.said_in_files), is_new);
+  said_in_files(app, options, [&] {
+    add_grid_options(app, options.grid);
+    add_placement_options(app, options.placement);
+    add_printing_options(app, options.printing);
+  });
   options.said_in_files.push_back(app.get_option("--at"));
   const auto take_file = [&](const std::string& file) { options.file = common.job_file = file; };
   app.add_option_function<std::string>(
@@ -72,6 +83,15 @@ void add_job_options(CLI::App& app, JobOptions& options, CommonOptions& common) 
          "Its parts name their meshes by id, or by paths beside the file; MESH and MORE say where meshes are "
          "that the server may lack, one for each part")
       ->group("Job");
+}
+
+void add_job_options(CLI::App& app, JobOptions& options, CommonOptions& common) {
+  add_placed_job_options(app, options, common);
+  said_in_files(app, options, [&] {
+    add_plane_options(app, options.planes);
+    add_layout_options(app, options.layout);
+    add_background_option(app, options.printing);
+  });
   app.add_option("--write-job", options.written_file, "Write the job that the options say to this file, for --job")
       ->group("Job");
   app.add_option("--smallest-feature", options.smallest_feature_mm,
@@ -109,7 +129,7 @@ PartNumbers put_on_server(Session& session, const JobOptions& options, v1::Slice
   PartNumbers numbers;
   for (int p = 0; p < job.parts_size(); ++p) {
     MeshOptions mesh = options.mesh;
-    mesh.mesh = mesh_of_part(options, job, p);
+    mesh.mesh = mesh_of_part(session, options, job, p);
     if (const v1::VoxelPitch& pitch = job.grid().pitch(); job.grid().has_pitch()) {
       mesh.meaning.voxel_mm = std::min({pitch.x_mm(), pitch.y_mm(), pitch.z_mm()});
     }
@@ -123,6 +143,7 @@ PartNumbers put_on_server(Session& session, const JobOptions& options, v1::Slice
     job.mutable_parts(p)->set_mesh_id(id);
     numbers.push_back(session.file_numbers());
   }
+  if (job.parts_size() > 1) session.forget_file();  // What the server says is of any of the parts.
   if (!options.written_file.empty()) write_job_file(options.written_file, job);
   return numbers;
 }

@@ -38,6 +38,9 @@ struct JobOptions {
   std::vector<const CLI::Option*> said_in_files;  // Options that say what a file says.
 };
 
+/// Options of the parts, where they go, the grid and the printing, and --job.
+void add_placed_job_options(CLI::App& app, JobOptions& options, CommonOptions& common);
+/// Those, and what is to be known of the layers.
 void add_job_options(CLI::App& app, JobOptions& options, CommonOptions& common);
 
 /// The job. Where options say it, without the ids of meshes, which put_on_server() gives it. Throws UsageError.

@@ -25,7 +25,7 @@ namespace {
 
 CutView parse_view(const PictureOptions& options) {
   CutView view;
-  view.width = static_cast<int>(options.pixels);
+  view.width = static_cast<int>(options.pixels());
   if (!options.view.empty()) {
     const std::vector<double> angles = parse_numbers("--view", options.view, 2, 2);
     view.azimuth_deg = angles[0];
@@ -50,17 +50,13 @@ double longest_side(const v1::Box3& box) {
 }
 
 /// Cubic voxels, as many as wanted along the longest side of the box.
-v1::SliceRangeRequest block_request(const std::string& id, const v1::Placement& placement, const v1::Box3& box,
-                                    const PictureOptions& options) {
-  const double longest = longest_side(box);
+v1::SliceRangeRequest block_request(const v1::SliceJob& drawn, const v1::Box3& box, const PictureOptions& options) {
+  const double mm = longest_side(box) / options.voxels;
   v1::SliceRangeRequest request;
-  v1::SliceJob& job = *request.mutable_job() = client::job_of(id, placement);
-  v1::VoxelPitch& pitch = *job.mutable_grid()->mutable_pitch();
-  pitch.set_x_mm(longest / options.voxels);
-  pitch.set_y_mm(longest / options.voxels);
-  pitch.set_z_mm(longest / options.voxels);
-  if (const std::optional<v1::Printing> printing = parse_printing(options.printing)) {
-    ask_for_material_block(job, *printing);
+  v1::SliceJob& job = *request.mutable_job() = drawn;
+  *job.mutable_grid()->mutable_pitch() = client::pitch_of(mm, mm, mm);
+  if (drawn.has_printing()) {
+    ask_for_material_block(job, drawn.printing());
   } else if (options.cell_regions) {
     ask_for_region_block(job);
   } else {
@@ -101,28 +97,16 @@ void ask_for_all_layers(Session& session, v1::SliceRangeRequest& request) {
 
 }  // namespace
 
-void check_space_options(const PictureOptions& options) {
-  if (options.cell_regions && (!options.channel.empty() || !options.printing.materials.empty())) {
-    throw UsageError("--cell-regions gives each region a colour: leave out --channel and --material, or it");
-  }
-  for (const auto& [given, option] : {std::pair(options.animate, "--animate"),
-                                      {options.lines.has_value(), "--lines"},
-                                      {!options.range.empty(), "--range"},
-                                      {!options.show.empty(), "--show"}}) {
-    if (given) throw UsageError(std::string(option) + " is for cuts: name one with --plane, --layer or --sweep");
-  }
-  parse_view(options);
-  static_cast<void>(parse_printing(options.printing));
-}
+void check_space_options(const PictureOptions& options) { parse_view(options); }
 
-DrawnPicture draw_in_space(Session& session, const PictureOptions& options, const std::string& mesh_id) {
+DrawnPicture draw_in_space(Session& session, const PictureOptions& options, const v1::SliceJob& job) {
   const CutView view = parse_view(options);
-  const v1::Placement placement = parse_placement(options.placement);
-  const v1::Box3 box = part_box(session, mesh_id, placement);
-  v1::SliceRangeRequest request = block_request(mesh_id, placement, box, options);
+  const v1::Part& part = job.parts(0);
+  const v1::Box3 box = part_box(session, part.mesh_id(), part.placements(0));
+  v1::SliceRangeRequest request = block_request(job, box, options);
   ask_for_all_layers(session, request);
   const VoxelBlock block = slice_block(session, request, "slicing");
-  Picture picture = draw_cut_view(picture_surface(session, request.job().parts(0), box, view.width), block, view);
+  Picture picture = draw_cut_view(picture_surface(session, part, box, view.width), block, view);
   if (!options.no_legend) picture = with_legend(std::move(picture), block.legend, legend_scale(view.width));
   return {to_png(picture), static_cast<std::uint32_t>(picture.width), static_cast<std::uint32_t>(picture.height)};
 }

@@ -35,17 +35,9 @@ v1::ColourMapName to_colour_map(const std::string& name) {
   return v1::COLOUR_MAP_NAME_VIRIDIS;
 }
 
-/// The content that --show names, or that the other options suggest.
-std::string what_to_show(const PictureOptions& options) {
-  if (!options.show.empty()) return options.show;
-  if (!options.channel.empty()) return "channel";
-  if (options.printing.materials.empty()) return "occupancy";
-  return options.layer ? "halftone" : "mix";
-}
-
-void set_content(const PictureOptions& options, v1::PreviewRequest& request) {
-  const std::string show = what_to_show(options);
-  if (options.printing.materials.empty() && (show == "mix" || show == "halftone")) {
+void set_content(const PictureOptions& options, const v1::SliceJob& job, v1::PreviewRequest& request) {
+  const std::string show = what_to_show(options, job.has_printing());
+  if (!job.has_printing() && (show == "mix" || show == "halftone")) {
     throw UsageError("--show " + show +
                      " shows materials: name them, --material NAME=#RRGGBB, and how they mix, --map");
   }
@@ -55,8 +47,9 @@ void set_content(const PictureOptions& options, v1::PreviewRequest& request) {
   if (show == "mix") content.mutable_mix();
   if (show == "halftone") {
     v1::HalftoneContent& halftone = *content.mutable_halftone();
-    if (!options.layer) *halftone.mutable_grid() = parse_grid(options.grid);
-    if (!options.layer && !options.grid.printer.empty()) halftone.mutable_printer()->set_name(options.grid.printer);
+    const GridOptions& grid = options.job.grid;
+    if (!options.layer) *halftone.mutable_grid() = parse_grid(grid);
+    if (!options.layer && !grid.printer.empty()) halftone.mutable_printer()->set_name(grid.printer);
   }
   if (show != "channel") return;
   if (options.channel.empty()) throw UsageError("--show channel: say which one, --channel NAME");
@@ -66,27 +59,6 @@ void set_content(const PictureOptions& options, v1::PreviewRequest& request) {
   const std::vector<double> range = parse_numbers("--range", options.range, 2, 2);
   content.mutable_channel()->mutable_range()->set_min(range[0]);
   content.mutable_channel()->mutable_range()->set_max(range[1]);
-}
-
-/// The request; that of a free plane lacks the plane.
-v1::PreviewRequest request_of(const PictureOptions& options, const std::vector<std::string>& mesh_ids) {
-  v1::PreviewRequest request;
-  set_content(options, request);
-  if (options.layer) {
-    v1::PreviewLayer& layer = *request.mutable_plane()->mutable_layer();
-    layer.set_layer(*options.layer);
-    *layer.mutable_job() = parse_job(options.grid, options.placement, options.printing);
-    place_parts(options.mesh.mesh, options.parts, *layer.mutable_job());
-    for (std::size_t p = 0; p < mesh_ids.size(); ++p) {
-      layer.mutable_job()->mutable_parts(static_cast<int>(p))->set_mesh_id(mesh_ids[p]);
-    }
-    return request;
-  }
-  if (!mesh_ids.empty()) request.set_mesh_id(mesh_ids.front());
-  *request.mutable_placement() = parse_placement(options.placement);
-  const std::optional<v1::Printing> printing = parse_printing(options.printing);
-  if (printing) *request.mutable_printing() = *printing;
-  return request;
 }
 
 void set_plane(const FramedCut& framed, v1::PreviewRequest& request) {
@@ -139,10 +111,10 @@ void for_planes(Session& session, v1::PreviewRequest request, const std::vector<
 std::string sweep_of(Session& session, const PictureOptions& options, v1::PreviewRequest request, const v1::Box3& box) {
   const CutPlane plane = parse_cut_plane(options.plane.empty() ? "z=0" : options.plane);
   const int count = static_cast<int>(options.sweep);
-  const FramedCut whole = frame_cut(plane, box, options.pixels);
+  const FramedCut whole = frame_cut(plane, box, options.pixels());
   const SheetLayout layout = lay_out_sheet(count, whole.width, whole.height);
   const auto longer = static_cast<std::uint32_t>(std::max(layout.tile_width, layout.tile_height));
-  const std::uint32_t pixels = options.animate ? options.pixels : std::clamp(longer, 16u, kMostPicturePixels);
+  const std::uint32_t pixels = options.animate ? options.pixels() : std::clamp(longer, 16u, kMostPicturePixels);
   std::vector<FramedCut> planes;
   std::vector<double> heights;
   for (int i = 0; i < count; ++i) {
@@ -214,35 +186,63 @@ CutPlane plane_to_draw(const PictureOptions& options, const v1::Box3& box) {
 DrawnPicture draw_plane(Session& session, const PictureOptions& options, v1::PreviewRequest request) {
   if (!options.layer) {
     const v1::Box3 box = part_box(session, request.mesh_id(), request.placement());
-    set_plane(frame_cut(plane_to_draw(options, box), box, options.pixels), request);
+    set_plane(frame_cut(plane_to_draw(options, box), box, options.pixels()), request);
     if (options.terminal) ask_for_characters(request);
   }
   if (options.terminal) request.set_encoding(v1::PREVIEW_ENCODING_RGBA);
   client::PreviewPicture picture = session.client().preview(request, session.call());
-  if (options.terminal) return characters_of(picture, options.pixels);
+  if (options.terminal) return characters_of(picture, options.pixels());
   return {std::move(picture.bytes), picture.header.width(), picture.header.height(), picture.header};
+}
+
+std::vector<std::string> names_of(const v1::Printing& printing) {
+  std::vector<std::string> names;
+  for (const v1::PrintMaterial& material : printing.materials()) names.push_back(material.name());
+  return names;
 }
 
 }  // namespace
 
-void check_plane_options(const PictureOptions& options) {
-  if (options.layer && !options.plane.empty()) throw UsageError("--plane or --layer: one of the two");
-  if (options.layer && options.sweep > 0) throw UsageError("--sweep goes along a plane's normal: leave --layer out");
-  if (options.animate && options.sweep == 0) throw UsageError("--animate shows a sweep: --sweep N planes");
-  if (options.terminal && options.sweep > 0) throw UsageError("--terminal draws one cut: leave --sweep out");
-  if (!options.cuts.empty() || !options.view.empty() || options.cell_regions) {
-    throw UsageError(
-        "--cut, --view and --cell-regions are for the part in space: leave out --plane, --layer, --sweep "
-        "and --terminal");
-  }
-  if (!options.plane.empty()) parse_cut_plane(options.plane);
-  request_of(options, {});
+std::string what_to_show(const PictureOptions& options, bool has_materials) {
+  if (!options.show.empty()) return options.show;
+  if (options.cell_regions) return "cell regions";
+  if (!options.channel.empty()) return "channel";
+  if (!has_materials) return "occupancy";
+  return options.layer || options.in_space() ? "halftone" : "mix";
 }
 
-DrawnPicture draw_planes(Session& session, const PictureOptions& options, const std::vector<std::string>& mesh_ids) {
-  const v1::PreviewRequest request = request_of(options, mesh_ids);
-  if (options.sweep == 0) return draw_plane(session, options, request);
-  return {sweep_of(session, options, request, part_box(session, mesh_ids.front(), request.placement()))};
+v1::SliceJob job_to_draw(const PictureOptions& options) {
+  if (options.layer) return job_of(options.job, {});
+  if (options.job.mesh.mesh.empty()) throw UsageError("say what to draw: MESH, or --layer of a file with --job");
+  v1::SliceJob job = client::job_of("", parse_placement(options.job.placement));
+  if (const auto printing = parse_printing(options.job.printing)) *job.mutable_printing() = *printing;
+  return job;
+}
+
+v1::PreviewRequest request_of(const PictureOptions& options, const v1::SliceJob& job) {
+  v1::PreviewRequest request;
+  set_content(options, job, request);
+  if (options.layer) {
+    v1::PreviewLayer& layer = *request.mutable_plane()->mutable_layer();
+    layer.set_layer(*options.layer);
+    *layer.mutable_job() = job;
+    return request;
+  }
+  if (!options.plane.empty()) parse_cut_plane(options.plane);
+  request.set_mesh_id(job.parts(0).mesh_id());
+  *request.mutable_placement() = job.parts(0).placements(0);
+  if (job.has_printing()) *request.mutable_printing() = job.printing();
+  return request;
+}
+
+DrawnPicture draw_planes(Session& session, const PictureOptions& options, const v1::SliceJob& job) {
+  const v1::PreviewRequest request = request_of(options, job);
+  if (options.sweep > 0) {
+    return {sweep_of(session, options, request, part_box(session, request.mesh_id(), request.placement()))};
+  }
+  DrawnPicture drawn = draw_plane(session, options, request);
+  drawn.materials = names_of(job.printing());
+  return drawn;
 }
 
 }  // namespace ccslice::cli

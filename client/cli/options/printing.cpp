@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "client/cli/base/option_group.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/options/resins.h"
 
@@ -252,6 +253,7 @@ v1::HalftoneMethod method_of(const std::string& name) {
 }  // namespace
 
 void add_printing_options(CLI::App& command, PrintingOptions& options) {
+  const OptionGroup group(command, "Materials");
   CLI::Option* material =
       command
           .add_option("--material", options.materials,
@@ -260,8 +262,7 @@ void add_printing_options(CLI::App& command, PrintingOptions& options) {
                           resin_names() +
                           "). May be "
                           "repeated, up to 8 times. Writes a picture with one material for each voxel")
-          ->allow_extra_args(false)
-          ->group("Materials");
+          ->allow_extra_args(false);
   command
       .add_option(
           "--map", options.maps,
@@ -271,17 +272,17 @@ void add_printing_options(CLI::App& command, PrintingOptions& options) {
           "repeated for cell regions: region:core=blend:...,shell=soft; a map after direct or calibration needs a "
           "--map of its own")
       ->allow_extra_args(false)
-      ->needs(material)
-      ->group("Materials");
+      ->needs(material);
   command.add_option("--halftone", options.halftone, "How one material is chosen for each voxel")
       ->check(CLI::IsMember({"blue-noise", "error-diffusion", "largest-fraction", "white-noise"}))
-      ->capture_default_str()
-      ->group("Materials");
+      ->capture_default_str();
   command.add_option("--seed", options.seed, "Choose another pattern of the same fractions")
-      ->capture_default_str()
-      ->group("Materials");
-  command.add_flag("--strict", options.strict, "Refuse values that give no fractions instead of clamping them")
-      ->group("Materials");
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command.add_flag("--strict", options.strict, "Refuse values that give no fractions instead of clamping them");
+}
+
+void add_background_option(CLI::App& command, PrintingOptions& options) {
   command
       .add_option("--background", options.background, "Colour outside, #RRGGBB or #RRGGBBAA (default: opaque black)")
       ->group("Materials");
