@@ -49,7 +49,20 @@ TEST_F(CommandLine, TakesMeshesOfAJobFromFilesBesideIt) {
   EXPECT_EQ(json_at(planned.out, "layer_count").number_value(), 8);
   const ProcessResult sliced = run({"slice", "--job", path("job.json"), "-o", path("out")});
   ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
-  EXPECT_TRUE(fs::exists(path("out/layer_00000_contours.json")) || files_in("out") > 8 * 2);
+  EXPECT_TRUE(fs::exists(path("out/layer_0000_contours.json")));
+  const ProcessResult without = run({"slice", "--job", path("job.json"), "--contours", "none", "-o", path("without")});
+  ASSERT_EQ(without.exit_code, cli::kExitOk) << without.err;
+  EXPECT_TRUE(fs::exists(path("without/layer_0000_occupancy.png")));
+  EXPECT_FALSE(fs::exists(path("without/layer_0000_contours.json")));
+}
+
+TEST_F(CommandLine, SaysThatAnotherMeshStandsInForThatOfAJob) {
+  std::ofstream(path("job.json"))
+      << R"({"parts": [{"mesh_id": "none.vtk"}], "grid": {"pitch": {"x_mm": 1, "y_mm": 1, "z_mm": 1}}})";
+  const ProcessResult planned = run({"plan", "--job", path("job.json"), box_});
+  ASSERT_EQ(planned.exit_code, cli::kExitOk) << planned.err;
+  EXPECT_THAT(planned.err, AllOf(HasSubstr(box_ + " stands in for none.vtk"), HasSubstr("parts[0]")));
+  EXPECT_EQ(run({"plan", "--job", path("job.json"), box_, "--quiet"}).err, "");
 }
 
 TEST_F(CommandLine, SaysWhatIsWrongWithAJobOfAFile) {
@@ -67,6 +80,8 @@ TEST_F(CommandLine, SaysWhatIsWrongWithAJobOfAFile) {
   EXPECT_THAT(error_of(good, {"--pitch", "1"}), AllOf(HasSubstr("--pitch"), HasSubstr("--job")));
   EXPECT_THAT(error_of(good, {"--at", "1,1,1"}), HasSubstr("--at"));
   EXPECT_THAT(error_of(good, {"--contours", "csv"}), HasSubstr("contours"));
+  EXPECT_THAT(error_of(R"({"parts": [{"mesh_id": "box.ccmesh"}], "contours": {}})", {"--contours", "none"}),
+              HasSubstr("--contours none leaves nothing"));
   EXPECT_THAT(error_of(good, {"--format", "grabcad"}), HasSubstr("PLANE_ENCODING_PNG_RGBA"));
   EXPECT_EQ(run({"plan", "--job", path("job.json"), "--format", "grabcad"}).exit_code, cli::kExitUsage);
   EXPECT_THAT(error_of(good, {box_, box_}), HasSubstr("1 part"));

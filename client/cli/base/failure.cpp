@@ -60,9 +60,10 @@ ExitCode exit_code_of(const client::ClientError& error) {
 }
 
 std::string in_terms_of_user(const std::string& message, const std::string& job_file) {
-  constexpr std::string_view kJob = "job.";
-  if (job_file.empty() || !message.starts_with(kJob)) return in_terms_of_options(message);
-  return job_file + ": " + message.substr(kJob.size());
+  for (const std::string_view path : {"job.", "plane.layer.job."}) {
+    if (!job_file.empty() && message.starts_with(path)) return job_file + ": " + message.substr(path.size());
+  }
+  return in_terms_of_options(message);
 }
 
 Failure failure_of_call(const client::ClientError& error, const std::string& job_file) {

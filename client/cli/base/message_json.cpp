@@ -117,7 +117,21 @@ std::string json_of(const Message& message) {
   return std::move(json).text();
 }
 
+bool is_nested_too_deep(std::string_view json) {
+  constexpr int kDeepest = 64;
+  int depth = 0;
+  bool quoted = false;
+  for (std::size_t at = 0; at < json.size() && depth <= kDeepest; ++at) {
+    const char c = json[at];
+    if (c == '"') quoted = !quoted;
+    if (quoted && c == '\\') ++at;
+    if (!quoted) depth += (c == '{' || c == '[') - (c == '}' || c == ']');
+  }
+  return depth > kDeepest;
+}
+
 bool read_json(const std::string& text, Message& message) {
+  if (is_nested_too_deep(text)) return false;
   google::protobuf::util::JsonParseOptions options;
   options.ignore_unknown_fields = true;
   return google::protobuf::util::JsonStringToMessage(text, &message, options).ok();

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "client/cli/base/messages.h"
 
@@ -25,6 +26,9 @@ std::string json_list_of(const Messages& messages) {
   for (const auto& message : messages) text += (text.empty() ? "" : ",") + json_of(message);
   return "[" + text + "]";
 }
+
+/// Whether brackets of the text are nested deeper than those of any file of ours: protobuf takes long over such.
+[[nodiscard]] bool is_nested_too_deep(std::string_view json);
 
 /// Reads what json_of() wrote, unless the message has a Vector3. Members that the message lacks are left out; returns
 /// false if others don't fit it, or if the text isn't an object.

@@ -23,7 +23,7 @@ constexpr std::array<FieldOption, 44> kOptions = {{
     {"grid", "--pitch"},
     {"region.voxels", "--box-voxels"},
     {"region", "--box"},
-    {"parts[].placements", "--rotate, --scale, --translate"},
+    {"parts[].placements", "--at, --rotate, --scale, --translate"},
     {"placement", "--rotate, --scale, --translate"},
     {"layout", "--row-order, --flip"},
     {"planes[].channel", "--channel"},

@@ -38,7 +38,7 @@ struct SliceOptions {
   std::string output;
   std::string layers;
   std::optional<std::string> share;
-  std::string contours = "none";
+  std::optional<std::string> contours;  // Unset: none, or JSON if the job's file has contours.
   bool contours_by_cell_region = false;
   unsigned split = 1;
   bool no_contact_sheet = false;
@@ -51,7 +51,7 @@ struct SliceOptions {
 ContourFiles contour_files_of(const SliceOptions& options) {
   const std::map<std::string_view, ContourFormat> formats = {
       {"json", ContourFormat::kJson}, {"csv", ContourFormat::kCsv}, {"svg", ContourFormat::kSvg}};
-  if (const auto format = formats.find(options.contours); format != formats.end()) {
+  if (const auto format = formats.find(options.contours.value_or("")); format != formats.end()) {
     return {format->second, options.contours_by_cell_region, {}};
   }
   if (options.contours_by_cell_region)
@@ -180,14 +180,23 @@ void slice_job(Session& session, const SliceOptions& options, const PlannedJob& 
   warn_of_covered(result.outcome);
 }
 
-/// The outlines that the job's file asks for, in the form of the options: JSON if they don't say.
-void take_contours_of_file(const v1::SliceJob& job, SliceOptions& options, ContourFiles& contours) {
+/// The outlines that the job's file asks for, in the form of the options: JSON if they don't say, and left out of the
+/// job if they say none.
+ContourFiles take_contours_of_file(v1::SliceJob& job, SliceOptions& options) {
+  if (options.contours == "none") {
+    if (job.planes().empty()) {
+      throw UsageError("--contours none leaves nothing of the job of " + options.job.file +
+                       ", which has no planes; leave it out");
+    }
+    job.clear_contours();
+  }
+  if (job.has_contours() && !options.contours) options.contours = "json";
+  ContourFiles contours = contour_files_of(options);
   if (!job.has_contours() && contours.format != ContourFormat::kNone) {
     throw UsageError("--contours: the job of " + options.job.file + " has none; add \"contours\": {} to it");
   }
-  if (job.has_contours() && contours.format == ContourFormat::kNone) options.contours = "json";
-  contours = contour_files_of(options);
   contours.by_region = job.contours().by_cell_region();
+  return contours;
 }
 
 /// The plan of the job in the file's numbers, whose warnings are told.
@@ -208,7 +217,7 @@ PlannedJob plan_job(Session& session, const SliceOptions& options, const v1::Sli
   job.plan = told_plan(session, options, message, numbers);
   const LayerRange layers = layer_range(options, job.plan);
   job.whole = job.request = slice_request(message, layers);
-  job.key = job_key_of(job.whole, job.plan, options.contours + options.job.software);
+  job.key = job_key_of(job.whole, job.plan, options.contours.value_or("none") + options.job.software);
   if (!options.share) return job;
   const Share share = parse_share("--share", *options.share);
   const LayerRange own = layers_of_share(share, layers);
@@ -224,7 +233,7 @@ void run_slice(Session& session, SliceOptions options) {
     throw UsageError("--format grabcad writes pictures only; leave out --contours");
   }
   v1::SliceJob message = job_of(options.job, contours);
-  if (!options.job.file.empty()) take_contours_of_file(message, options, contours);
+  if (!options.job.file.empty()) contours = take_contours_of_file(message, options);
   if (!options.layers.empty()) parse_layer_range("--layers", options.layers);
   if (options.share) parse_share("--share", *options.share);
   options.to_stdout() ? require_stream(session, options) : refuse_used_folder(options.output, existing_of(options));
@@ -267,7 +276,7 @@ Command add_slice(CLI::App& parent, CommonOptions& common) {
                   "asks; ccslice join makes the job of their folders");
   app->add_option("--contours", options->contours, "Write the outlines too: json, csv, or svg, which programs draw")
       ->check(CLI::IsMember({"none", "json", "csv", "svg"}))
-      ->capture_default_str()
+      ->default_str("none")
       ->group("Pictures");
   app->add_flag("--contours-by-cell-region", options->contours_by_cell_region,
                 "Write the outlines of each cell region by itself, interfaces included")

@@ -7,14 +7,17 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 
 #include "client/cli/base/console.h"
+#include "client/cli/base/message_json.h"
 #include "client/cli/base/output_file.h"
 #include "client/cli/base/text_values.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/read_file.h"
+#include "core/mesh_import/text_scanner.h"
 
 namespace ccslice::cli {
 namespace {
@@ -34,8 +37,15 @@ std::string text_of(const v1::SliceJob& job) {
 }  // namespace
 
 v1::SliceJob read_job_file(const std::string& path) {
+  const std::string bytes = read_file_bytes(path, kMostBytes);
+  const std::string_view json = without_utf8_mark(bytes);
+  if (is_nested_too_deep(json)) {
+    throw UsageError("--job: " + echoed(path) +
+                     " isn't a SliceJob in JSON: its brackets are nested deeper than those of any job");
+  }
   v1::SliceJob job;
-  const auto status = google::protobuf::util::JsonStringToMessage(read_file_bytes(path, kMostBytes), &job);
+  const auto status =
+      google::protobuf::util::JsonStringToMessage(google::protobuf::StringPiece(json.data(), json.size()), &job);
   if (!status.ok()) {
     throw UsageError("--job: " + echoed(path) +
                      " isn't a SliceJob in JSON: " + echoed(std::string(status.message()), kMaxMessageBytes));

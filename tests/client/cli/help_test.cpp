@@ -138,7 +138,7 @@ TEST(OptionOfField, FieldsBecomeTheOptionsThatSetThem) {
   EXPECT_EQ(option_of_field("job.grid.pitch.x_mm"), "--pitch");
   EXPECT_EQ(option_of_field("plane.layer.job.grid.pitch.x_mm"), "--pitch");
   EXPECT_EQ(option_of_field("grid.pitch.x_mm"), "--pitch") << "as other fields' messages have it";
-  EXPECT_EQ(option_of_field("job.parts[0].placements[0].matrix[3]"), "--rotate, --scale, --translate");
+  EXPECT_EQ(option_of_field("job.parts[0].placements[0].matrix[3]"), "--at, --rotate, --scale, --translate");
   EXPECT_EQ(option_of_field("placement.matrix"), "--rotate, --scale, --translate");
   EXPECT_EQ(option_of_field("job.tolerances.contour_mm"), "--contour-tolerance");
   EXPECT_EQ(option_of_field("job.tolerances.channel"), "--channel-tolerance");

@@ -7,6 +7,7 @@
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <fstream>
 #include <string>
 
@@ -86,6 +87,21 @@ TEST_F(JobFile, NamesTheFileAndWhatIsWrong) {
     EXPECT_THAT(error_of(text), testing::AllOf(HasSubstr(path_), HasSubstr(what))) << text;
   }
   EXPECT_THROW(read_job_file("/no/such/file"), Error);
+}
+
+TEST_F(JobFile, MayBeginWithAMarkOfUtf8) {
+  EXPECT_EQ(read_job_file(write("\xef\xbb\xbf{\"parts\": [{\"mesh_id\": \"a\"}]}")).parts(0).mesh_id(), "a");
+}
+
+TEST_F(JobFile, RefusesDeepNestsAtOnce) {
+  const auto start = std::chrono::steady_clock::now();
+  for (const char* const opening : {"[", "{\"parts\":[", "[[{\"a\":"}) {
+    std::string text;
+    while (text.size() < (6u << 20)) text += opening;
+    EXPECT_THAT(error_of(text), testing::AllOf(HasSubstr(path_), HasSubstr("nested deeper")));
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+  EXPECT_EQ(read_job_file(write(R"({"parts": [{"mesh_id": "\")" + std::string(99, '[') + R"("}]})")).parts_size(), 1);
 }
 
 TEST_F(JobFile, HasPathsBesideItself) {
