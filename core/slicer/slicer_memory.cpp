@@ -15,6 +15,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/channel/channel_source.h"
 #include "core/channel/channel_table.h"
 #include "core/contour/contour.h"
 #include "core/contour/surface_tree.h"
@@ -109,6 +110,15 @@ double encoded_bytes(const SliceJob& job, const LayerWindow& window) {
   if (shows_cell_regions(job)) bytes += voxels_of(held);
   const double bits = voxels_of(region) / 8;
   return kCodecs + bytes + 3 * largest + bits;  // Side by side, in another order, and where a codec writes.
+}
+
+/// Rows of values that sources read and write.
+double source_bytes(const SliceJob& job) {
+  double most = 0;
+  for (const ChannelSource* source : used_sources(job)) {
+    most = std::max(most, 1.0 + static_cast<double>(source->inputs().size()));
+  }
+  return kGrowth * most * job.grid.extent.columns * sizeof(float);
 }
 
 /// What planes and rows meet of the boundary.
@@ -270,7 +280,8 @@ SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& can
       all_channels(job), [&](const PlaneSpec& plane) { return of_solid.find(plane.channel).has_value(); }));
   const bool interpolates = channels > 0 && job.channel_tolerance != 0.0;
   double shared = boundary.faces * 2 * sizeof(Box3),
-         slicer = painted_bytes(job, common_window(window_of_solid(solid->summary(), job), scope.window));
+         slicer = source_bytes(job) +
+                  painted_bytes(job, common_window(window_of_solid(solid->summary(), job), scope.window));
   slicer += contour_bytes(boundary, job, scope, interpolates ? kSlabLayers : 1);
   if (channels > 0) slicer += kPatchesOfInverter;
   std::optional<bool> tiles_fit;

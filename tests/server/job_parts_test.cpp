@@ -239,6 +239,30 @@ TEST_F(JobParts, ArePlannedTogether) {
   EXPECT_EQ(warning->part(), 1u);
 }
 
+TEST_F(JobParts, AreWarnedOfOnceForCopiesThatLieAlike) {
+  v1::Part& part = add("many", 0);
+  for (int copy = 1; copy < 4; ++copy) {
+    *part.add_placements() = part.placements(0);
+    part.mutable_placements(copy)->set_matrix(3, 15 * copy);
+  }
+  v1::PlanSlicesRequest request;
+  const auto mirrored = [&] {
+    *request.mutable_job() = *job_;
+    grpc::ClientContext context;
+    v1::PlanSlicesResponse response;
+    const grpc::Status status = server_.stub().PlanSlices(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    std::vector<std::string> messages;
+    for (const v1::PlanWarning& warning : response.warnings()) {
+      if (warning.kind() == v1::PLAN_WARNING_KIND_MIRRORED) messages.push_back(warning.message());
+    }
+    return messages;
+  };
+  EXPECT_THAT(mirrored(), testing::IsEmpty());
+  for (const int copy : {2, 3}) part.mutable_placements(copy)->set_matrix(0, -1);
+  EXPECT_THAT(mirrored(), testing::ElementsAre(HasSubstr("part 'many, copy 3': ")));
+}
+
 /// Layer 3 of the job in previews.
 class PreviewsOfJobParts : public JobParts {
  protected:

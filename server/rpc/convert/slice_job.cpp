@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -342,22 +343,46 @@ void look_for_overlaps(const PlacedParts& parts, const CancellationToken& cancel
   }
 }
 
-/// What the plan says of the parts. The first place of each stands for all of them.
+/// Adds the warnings of a part in one place that weren't said of it before. `name`: of the part, or of its copy; empty
+/// if there is no other.
+void add_warnings_of_part(const v1::PlanSlicesResponse& of_part, const std::string& name,
+                          std::optional<std::uint32_t> part, std::set<std::string>& told,
+                          v1::PlanSlicesResponse& plan) {
+  for (const v1::PlanWarning& warning : of_part.warnings()) {
+    if (!told.insert(warning.message()).second) continue;
+    v1::PlanWarning& added = *plan.add_warnings() = warning;
+    if (!name.empty()) added.set_message("part '" + echoed(name) + "': " + warning.message());
+    if (part) added.set_part(*part);
+  }
+}
+
+/// What the plan says of the parts. Copies that differ by where they lie alone have the same warnings, and the first
+/// one stands for them. So many copies that lie otherwise are looked at of each part: that takes time.
 void describe_parts(const v1::SliceJob& message, const PlacedParts& parts, const SmallestFeature& smallest,
                     const CancellationToken& cancel, v1::PlanSlicesResponse& plan) {
+  constexpr std::size_t kMostWaysToLie = 8;
   const std::vector<PartPlace> places = part_places(message);
+  const bool is_one_part = message.parts_size() == 1;
+  std::vector<std::size_t> looked_at;  // Of the part at hand.
+  std::set<std::string> told;          // Of it.
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (places[i].placement > 0) continue;
-    const int first = plan.warnings_size();
+    const bool is_copy = places[i].placement > 0;
+    if (!is_copy) {
+      looked_at.clear();
+      told.clear();
+    }
+    const bool is_like_another = std::ranges::any_of(
+        looked_at, [&](std::size_t other) { return lie_alike(parts[other].job.placement, parts[i].job.placement); });
+    if (is_like_another || looked_at.size() == kMostWaysToLie) continue;
+    looked_at.push_back(i);
+    v1::PlanSlicesResponse of_part;
     const Deviation deviation = placed_deviation(*parts[i].solid, parts[i].job.placement);
     if (parts.size() == 1) *plan.mutable_deviation() = to_message(deviation);
-    warn_of_part(parts[i], deviation, smallest, cancel, plan);
-    if (message.parts_size() == 1) continue;
-    for (int w = first; w < plan.warnings_size(); ++w) {
-      v1::PlanWarning& warning = *plan.mutable_warnings(w);
-      warning.set_message("part '" + echoed(parts[i].name) + "': " + warning.message());
-      warning.set_part(static_cast<std::uint32_t>(places[i].part));
-    }
+    warn_of_part(parts[i], deviation, smallest, cancel, of_part);
+    const auto part = static_cast<std::uint32_t>(places[i].part);
+    const std::string name = is_copy ? parts[i].name : message.parts(places[i].part).name();
+    add_warnings_of_part(of_part, is_one_part && !is_copy ? "" : name, is_one_part ? std::nullopt : std::optional(part),
+                         told, plan);
   }
   if (parts.size() > 1) at_job(kJobPath, [&] { look_for_overlaps(parts, cancel, plan); });
 }

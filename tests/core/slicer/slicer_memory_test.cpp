@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "core/slicer/layer_slicer.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/channel_functions.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -96,6 +98,36 @@ TEST(SlicerMemory, IsToldOfSeveralParts) {
   const SlicerMemory one = slicer_memory(coyote, parts.front().job), all = slicer_memory(parts);
   EXPECT_GE(all.crossings, 2 * one.crossings);
   EXPECT_EQ(all.tiles_fit.size(), 3u);
+}
+
+TEST(SlicerMemory, CountsTheEncodingOfManyCopiesOnce) {
+  const Solid box = prepare_solid(make_box({.cells_x = 1, .cells_y = 1, .cells_z = 1}));
+  SliceJob job = job_of(box, pitch_for(box, 400));
+  job.planes = {occupancy()};
+  const auto bytes_of = [&](std::size_t copies) {
+    PlacedParts parts(copies, {"", box, job});
+    for (std::size_t p = 1; p < copies; ++p) parts[p].is_copy = true;
+    return slicer_memory(parts).slicer_bytes;
+  };
+  constexpr std::uint64_t kCodecs = 4 << 20;
+  EXPECT_GT(bytes_of(1), kCodecs);
+  EXPECT_LT(bytes_of(65) - bytes_of(1), 64 * (bytes_of(1) - kCodecs));
+}
+
+TEST(SlicerMemory, CountsTheRowsOfSources) {
+  const Solid box = prepare_solid(make_box({.cells_x = 1, .cells_y = 1, .cells_z = 1}));
+  SliceJob job = job_of(box, pitch_for(box, 100));
+  job.planes = {occupancy()};
+  job.planes.push_back(channel(box, 0, SampleType::kUint8));
+  job.planes.back().channel = "x";
+  const auto told = [&](std::uint32_t columns) {
+    job.grid.extent.columns = columns;
+    job.region = VoxelBox{0, 0, 0, {1, 1, 1}};
+    job.sources = {std::make_shared<const ChannelFunction>(ChannelRange{"x", 0, 1}, std::vector<std::string>{},
+                                                           [](const Vec3&, const Vec3&, auto) { return 0.0f; })};
+    return slicer_memory(box, job).slicer_bytes;
+  };
+  EXPECT_GE(told(2'000'000) - told(1'000'000), 1'000'000 * sizeof(float));
 }
 
 TEST(SlicerMemory, IsToldOfFineVoxelsAndTolerancesToo) { expect_enough_for_sample("ring", {1200}); }
