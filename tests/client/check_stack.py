@@ -33,8 +33,8 @@ def require(condition, what):
 
 def colours(manifest):
     """The materials' RGBA, the background's first."""
-    background = manifest.get("printing", {}).get("background_rgba", "#000000ff")
-    rgba = [background] + [material["rgba"] for material in manifest.get("materials", [])]
+    background = manifest["slice_job"].get("printing", {}).get("background_rgba", 0x000000ff)
+    rgba = [f"#{background:08x}"] + [material["rgba"] for material in manifest.get("materials", [])]
     return [tuple(bytes.fromhex(colour[1:])) for colour in rgba]
 
 

@@ -264,7 +264,8 @@ TEST_F(Join, SharesOfDifferentJobsAreRefused) {
   refused("layout", "their layouts differ", and_also({"--flip", "x"}));
   refused("region", "their regions differ", and_also({"--box", "0,0,0,9,9,8"}));
   refused("mesh", "their meshes differ", and_also({"--grade", "more=z"}));
-  refused("placement", "their placements differ", and_also({"--scale=-1,1,1", "--translate", "24,0,0"}));
+  refused("placement", "their parts, or their placements, differ",
+          and_also({"--scale=-1,1,1", "--translate", "24,0,0"}));
   refused("layers", "one has layers 0 to 159, the other layers 0 to 150", and_also({"--layers", "0..150"}));
   refused("tolerance", "their tolerances, contours or other options differ", and_also({"--contour-tolerance", "0.01"}));
   refused("contours", "their tolerances, contours or other options differ",
@@ -346,8 +347,8 @@ TEST_F(Join, ManifestsThatNameOtherFilesAreRefused) {
   refused("\"layer\":100,", "\"layer\":101,", "doesn't have the layers of its share in order");
   refused("\"first_layer\":80,", "\"first_layer\":79,", "doesn't have the layers of its share");
   refused("\"number\":2,", "\"number\":3,", "doesn't say which share it is");
-  refused("\"mesh_id\":", "\"mesh\":", "lacks mesh_id");
-  refused("\"format_version\":2", "\"format_version\":1", "another version of ccslice");
+  refused("\"slice_job\":", "\"jobs\":", "isn't as it was written");
+  refused("\"format_version\":3", "\"format_version\":1", "another version of ccslice");
   refused("\"share\":", "\"shares\":", "isn't that of a share: slice one with --share I/N");
 }
 

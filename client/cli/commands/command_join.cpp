@@ -126,7 +126,7 @@ void report_joined(const Session& session, const JoinOptions& options, const Joi
     const ShareFolder& any = job.shares().front();
     v1::JoinedLayers document;
     document.set_output(options.output);
-    document.set_mesh_id(any.manifest.mesh_id());
+    document.set_mesh_id(any.manifest.slice_job().parts(0).mesh_id());
     document.set_engine_version(any.manifest.engine_version());
     document.set_shares(static_cast<std::uint32_t>(job.shares().size()));
     document.set_layers(job.layers());

@@ -29,11 +29,11 @@ struct PackageOptions {
 
 /// The id, on the server, of the mesh that was sliced.
 std::string sliced_mesh(Session& session, const LayerStack& stack, const PackageOptions& options) {
-  if (options.mesh.empty()) return stack.mesh_id();
+  if (options.mesh.empty()) return stack.part().mesh_id();
   MeshOptions mesh;
   mesh.mesh = options.mesh;
   const std::string id = ensure_on_server(session, mesh);
-  if (id != stack.mesh_id() && !session.quiet()) {
+  if (id != stack.part().mesh_id() && !session.quiet()) {
     print_note("note: " + options.mesh + " isn't the mesh that was sliced; what matters here is that its boundary is");
   }
   return id;
@@ -47,7 +47,7 @@ client::Surface boundary_of(Session& session, const LayerStack& stack, const Pac
   }
   v1::TessellateBoundaryRequest request;
   request.set_mesh_id(sliced_mesh(session, stack, options));
-  for (const double entry : stack.placement()) request.mutable_placement()->add_matrix(entry);
+  if (!stack.part().placements().empty()) *request.mutable_placement() = stack.part().placements(0);
   if (options.chord_tolerance_mm) request.set_chord_tolerance_mm(*options.chord_tolerance_mm);
   try {
     return session.client().tessellate(request, session.call());

@@ -14,6 +14,7 @@
 #include "client/cli/output/layer_entry.h"
 #include "client/cli/output/manifest.h"
 #include "client/client_error.h"
+#include "client/job.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
 
@@ -56,16 +57,17 @@ void require_same_job(const ShareFolder& a, const ShareFolder& b) {
     const char* member;
     const char* name;
   };
-  static constexpr std::array<Part, 8> kParts = {{{"mesh_id", "meshes"},
-                                                  {"parts", "parts"},
-                                                  {"placement", "placements"},
+  static constexpr std::array<Part, 6> kParts = {{{"slice_job.parts", "parts, or their placements,"},
                                                   {"region", "regions"},
                                                   {"layout", "layouts"},
                                                   {"planes", "planes"},
-                                                  {"printing", "materials, maps or halftones"},
+                                                  {"slice_job.printing", "materials, maps or halftones"},
                                                   {"cell_regions", "cell regions"}}};
   constexpr const char* kRemedy = "; slice all shares with the same options";
   require_one_engine_and_grid(a, b);
+  if (client::mesh_ids_of(a.manifest.slice_job()) != client::mesh_ids_of(b.manifest.slice_job())) {
+    refuse_shares(both(a, b) + " are of different jobs: their meshes differ" + kRemedy);
+  }
   for (const Part& part : kParts) {
     if (member_of(a, part.member) != member_of(b, part.member)) {
       refuse_shares(both(a, b) + " are of different jobs: their " + part.name + " differ" + kRemedy);

@@ -84,10 +84,8 @@ void LayerStack::read_materials() {
     if (!colour) fail("has a material without a colour");
     materials_.push_back({material.name(), *colour, material.voxel_count()});
   }
-  if (!manifest_.has_printing()) return;
-  const std::optional<std::uint32_t> background = colour_of_text(manifest_.printing().background_rgba());
-  if (!background) fail("has a background without a colour");
-  background_rgba_ = *background;
+  const v1::Printing& printing = manifest_.slice_job().printing();
+  if (printing.has_background_rgba()) background_rgba_ = printing.background_rgba();
 }
 
 const v1::StoredFile& LayerStack::stored(std::uint32_t layer, std::size_t plane) const {

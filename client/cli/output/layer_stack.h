@@ -41,16 +41,15 @@ class LayerStack {
   /// Lower corner of the voxel with the lowest x and y of the first layer here, and the pitch, mm.
   const std::array<double, 3>& origin_mm() const { return origin_mm_; }
   const std::array<double, 3>& pitch_mm() const { return pitch_mm_; }
-  const std::string& mesh_id() const { return manifest_.mesh_id(); }
+  /// The part that was sliced, or the first of several.
+  const v1::Part& part() const { return manifest_.slice_job().parts(0); }
   /// Or copies of one.
-  bool has_several_parts() const { return !manifest_.parts().empty(); }
+  bool has_several_parts() const { return manifest_.slice_job().parts_size() > 1 || part().placements_size() > 1; }
   /// Whether the layers are a region of the grid, not all of it.
   bool is_region() const { return is_region_; }
   /// Whether the pictures have the highest x, or y, first.
   bool columns_descend() const { return manifest_.layout().flip_x(); }
   bool rows_descend() const { return rows_descend_; }
-  /// The job's placement: 12 or 16 numbers, or none.
-  const google::protobuf::RepeatedField<double>& placement() const { return manifest_.placement(); }
   const std::vector<StackPlane>& planes() const { return planes_; }
   const std::vector<StackMaterial>& materials() const { return materials_; }
   /// The colour of voxels outside, 0xRRGGBBAA.

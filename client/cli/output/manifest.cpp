@@ -51,20 +51,6 @@ v1::Plane plane_of(const v1::PlaneSpec& spec) {
   return plane;
 }
 
-v1::PrintedMaterials materials_of(const v1::Printing& printing) {
-  v1::PrintedMaterials materials;
-  for (const v1::PrintMaterial& material : printing.materials()) {
-    v1::ColouredMaterial& added = *materials.add_materials();
-    added.set_name(material.name());
-    added.set_rgba(colour_text(material.rgba()));
-  }
-  if (printing.has_map()) *materials.mutable_map() = printing.map();
-  *materials.mutable_halftone() = printing.halftone();
-  materials.set_background_rgba(colour_text(printing.background_rgba()));
-  *materials.mutable_cell_region_maps() = printing.cell_region_maps();
-  return materials;
-}
-
 /// What the header of the layers says.
 void add_header(const v1::SliceHeader& header, v1::Manifest& manifest) {
   manifest.set_engine_version(header.engine_version());
@@ -72,26 +58,12 @@ void add_header(const v1::SliceHeader& header, v1::Manifest& manifest) {
   *manifest.mutable_region() = document_of(client::region_of(header));
   *manifest.mutable_layout() = document_of(header.layout());
   for (const v1::PlaneSpec& plane : header.planes()) *manifest.add_planes() = plane_of(plane);
-  if (header.has_printing()) *manifest.mutable_printing() = materials_of(header.printing());
-  for (const v1::ColouredMaterial& material : manifest.printing().materials()) {
+  for (const v1::PrintMaterial& material : header.printing().materials()) {
     v1::MaterialVoxels& counted = *manifest.add_materials();
     counted.set_name(material.name());
-    counted.set_rgba(material.rgba());
+    counted.set_rgba(colour_text(material.rgba()));
   }
   *manifest.mutable_cell_regions() = header.cell_region_names();
-}
-
-void add_parts(const v1::SliceJob& job, v1::Manifest& manifest) {
-  const v1::Part& first = job.parts(0);
-  manifest.set_mesh_id(first.mesh_id());
-  if (!first.placements().empty()) *manifest.mutable_placement() = first.placements(0).matrix();
-  if (job.parts_size() == 1 && first.placements_size() <= 1) return;
-  for (const v1::Part& part : job.parts()) {
-    v1::PlacedMesh& placed = *manifest.add_parts();
-    placed.set_name(part.name());
-    placed.set_mesh_id(part.mesh_id());
-    *placed.mutable_placements() = part.placements();
-  }
 }
 
 }  // namespace
@@ -103,12 +75,12 @@ void complete_manifest(const client::SliceOutcome& outcome, const v1::SliceJob& 
   manifest.set_job(job.id);
   if (job.share) *manifest.mutable_share() = document_of(*job.share);
   *manifest.mutable_slice_job() = sliced;
-  add_parts(sliced, manifest);
   add_header(outcome.header, manifest);
   for (const v1::PlanWarning& warning : plan.warnings()) {
     v1::ToldWarning& told = *manifest.add_warnings();
     told.set_kind(kind_text(warning.kind()));
     told.set_message(warning.message());
+    if (warning.has_part()) told.set_part(warning.part());
   }
   count_voxels(outcome, manifest);
 }
@@ -137,7 +109,7 @@ std::string read_manifest(const std::string& text, v1::Manifest& manifest) {
   if (head.format_version() != kManifestVersion) {
     return "is one of another version of ccslice; slice the layers again with this one";
   }
-  return whole ? "" : "isn't as it was written; slice the layers again";
+  return whole && !manifest.slice_job().parts().empty() ? "" : "isn't as it was written; slice the layers again";
 }
 
 }  // namespace ccslice::cli

@@ -13,8 +13,8 @@
 
 namespace ccslice::cli {
 
-/// What manifest.json says of its own form: 2 since colours and numbers of `printing` have the form of all others.
-inline constexpr std::uint32_t kManifestVersion = 2;
+/// What manifest.json says of its own form: 3 since it has parts and printing in slice_job alone.
+inline constexpr std::uint32_t kManifestVersion = 3;
 
 /// Completes a manifest that has its layers. `plan`: the job's, whose warnings it has as they are.
 void complete_manifest(const client::SliceOutcome& outcome, const v1::SliceJob& sliced,
@@ -23,6 +23,7 @@ void complete_manifest(const client::SliceOutcome& outcome, const v1::SliceJob& 
 template <class Document>
 void set_voxel_counts(const client::SliceOutcome& counts, Document& document) {
   document.set_voxel_count(counts.voxel_count);
+  document.set_voxels_covered(counts.voxels_covered);
   document.set_voxels_interpolated(counts.voxels_interpolated);
   document.set_voxels_unresolved(counts.voxels_unresolved);
   document.set_voxels_repainted(counts.voxels_repainted);

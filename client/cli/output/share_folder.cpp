@@ -63,7 +63,6 @@ ShareFolder read_share_folder(const fs::path& path) {
   const std::string fault = read_manifest(read_file_bytes((path / kManifest).string(), kMostManifestBytes), manifest);
   if (!fault.empty()) refuse_manifest(path, fault);
   if (!manifest.has_share()) refuse_manifest(path, "isn't that of a share: slice one with --share I/N");
-  if (manifest.mesh_id().empty()) refuse_manifest(path, "lacks mesh_id");
   if (manifest.engine_version().empty()) refuse_manifest(path, "lacks engine_version");
   if (!manifest.has_grid()) refuse_manifest(path, "lacks grid");
   const std::optional<ShareRecord> record = share_record(manifest.share());

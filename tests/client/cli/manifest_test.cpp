@@ -20,6 +20,7 @@ using testing::StartsWith;
 client::SliceOutcome outcome_of_materials() {
   client::SliceOutcome outcome;
   outcome.voxel_count = 7;
+  outcome.voxels_covered = 2;
   outcome.material_voxels = {3, 4};
   v1::SliceHeader& header = outcome.header;
   header.set_engine_version("1");
@@ -27,9 +28,6 @@ client::SliceOutcome outcome_of_materials() {
   header.add_planes()->mutable_channel()->set_name("heat");
   header.mutable_planes(0)->set_outside_sample(std::numeric_limits<double>::quiet_NaN());
   for (const char* name : {"soft", "hard"}) header.mutable_printing()->add_materials()->set_name(name);
-  header.mutable_printing()->mutable_map()->set_material("soft");
-  header.mutable_printing()->mutable_halftone()->set_method(v1::HALFTONE_METHOD_BLUE_NOISE);
-  header.mutable_printing()->set_background_rgba(0xff);
   return outcome;
 }
 
@@ -39,6 +37,7 @@ v1::Manifest sample_manifest() {
   job.mutable_parts(0)->add_placements()->add_matrix(0.1);
   v1::PlanSlicesResponse plan;
   plan.add_warnings()->set_kind(v1::PLAN_WARNING_KIND_PART_CLIPPED);
+  plan.mutable_warnings(0)->set_part(1);
   v1::Manifest manifest;
   manifest.add_layers()->set_z_mm(0.1);
   complete_manifest(outcome_of_materials(), job, plan, {"job", 1}, manifest);
@@ -63,46 +62,26 @@ TEST(Manifest, IsReadAsItWasWritten) {
   EXPECT_THAT(text, HasSubstr(R"("slice_job":{"parts":[{"mesh_id":"mesh","placements":[{"matrix":[0.1]}]}]})"));
   EXPECT_THAT(text, HasSubstr(R"("planes":[{"content":"channel","channel":"heat",)"));
   EXPECT_THAT(text, HasSubstr(R"("outside_sample":"NaN","alpha":false}])"));
-  EXPECT_THAT(text, HasSubstr(R"("map":{"material":"soft","strict":false},"halftone":{"method":)"
-                              R"("HALFTONE_METHOD_BLUE_NOISE","seed":0},"background_rgba":"#000000ff",)"));
   EXPECT_THAT(text, HasSubstr(R"("materials":[{"name":"soft","rgba":"#00000000","voxel_count":3},)"));
-  EXPECT_THAT(text, HasSubstr(R"("warnings":[{"kind":"part_clipped","message":""}],"voxel_count":7,)"));
-}
-
-TEST(Manifest, PartsAreThereIfThereAreSeveral) {
-  v1::SliceJob job;
-  for (const char* id : {"a", "b"}) {
-    job.add_parts()->set_mesh_id(id);
-    job.mutable_parts()->rbegin()->add_placements();
-  }
-  v1::Manifest manifest;
-  complete_manifest({}, job, {}, {"job", 1}, manifest);
-  EXPECT_EQ(manifest.mesh_id(), "a");
-  EXPECT_EQ(manifest.parts(1).mesh_id(), "b");
-  EXPECT_TRUE(sample_manifest().parts().empty());
-}
-
-TEST(Manifest, APartWithoutAPlacementHasNone) {
-  v1::SliceJob job;
-  job.add_parts()->set_mesh_id("a");
-  v1::Manifest manifest;
-  complete_manifest({}, job, {}, {"job", 1}, manifest);
-  EXPECT_THAT(json_of(manifest), HasSubstr(R"("placement":[],"slice_job":{"parts":[{"mesh_id":"a"}]},)"));
+  EXPECT_THAT(text, HasSubstr(R"("warnings":[{"kind":"part_clipped","message":"","part":1}],"voxel_count":7,)"
+                              R"("voxels_covered":2,)"));
 }
 
 TEST(Manifest, WhatIsNoneOfOursIsSaid) {
   const std::string text = json_of(sample_manifest());
   for (const std::string& other : {std::string(), std::string("{}"), std::string("[1]"), text.substr(0, 100),
                                    replaced(text, "ccslice-layers", "ccslice-journal"),
-                                   replaced(text, R"("format_version":2)", R"("format_version":"two")")}) {
+                                   replaced(text, R"("format_version":3)", R"("format_version":"two")")}) {
     EXPECT_THAT(fault_of(other), StartsWith("isn't a manifest of layers")) << other;
   }
   EXPECT_THAT(fault_of(text.substr(0, 100)), HasSubstr("was it cut short?"));
-  // The colours of other versions are numbers, say.
-  const std::string older = replaced(text, R"("background_rgba":"#000000ff")", R"("background_rgba":255)");
-  EXPECT_THAT(fault_of(replaced(older, R"("format_version":2)", R"("format_version":1)")),
+  // Grids of other versions are numbers, say.
+  const std::string older = replaced(text, R"("grid":{)", R"("grid":7,"older":{)");
+  EXPECT_THAT(fault_of(replaced(older, R"("format_version":3)", R"("format_version":1)")),
               HasSubstr("another version of ccslice"));
   EXPECT_EQ(fault_of(older), "isn't as it was written; slice the layers again");
+  EXPECT_EQ(fault_of(replaced(text, R"("slice_job":)", R"("job_of_slices":)")),
+            "isn't as it was written; slice the layers again");
   EXPECT_EQ(fault_of(replaced(text, R"("layers":0,"part_box")", R"("layers":1e300,"part_box")")),
             "isn't as it was written; slice the layers again");
 }
