@@ -94,7 +94,8 @@ void attend(Server& server, StopSignals& signals, const ServiceManager& manager,
 }
 
 [[noreturn]] void serve(ServerOptions options, bool privately, StopSignals& signals) {
-  set_up_logging(options.log_level, options.log_format);
+  // The user of a private one sees all that it writes, and is its only client.
+  set_up_logging(options.log_level, options.log_format, STDERR_FILENO, !privately);
   // Whatever starts a private one has its own word with the manager.
   const ServiceManager manager(privately ? "" : process_environment("NOTIFY_SOCKET").value_or(""));
   std::unique_ptr<PrivateSocket> socket;

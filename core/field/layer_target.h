@@ -26,7 +26,7 @@ struct LayerTarget {
   const CancellationToken& cancel;
   LayerWindow window;    // What the planes hold. Voxels elsewhere are left out,
   LayerWindow counted;   // Only voxels in here are counted.
-  bool is_whole = true;  // The window holds all voxels inside.
+  bool is_whole = true;  // The window holds all voxels inside of the layer.
 
   std::uint64_t count(const VoxelRun& span) const {
     const VoxelRun part = counted.clipped(span);

@@ -140,7 +140,7 @@ struct PartPainter::State {
   WindowOutcome evaluate_channels(std::uint32_t layer, PaintedPart& part, const CancellationToken& cancel) {
     planes.clear(part.window, cancel);
     const double z_mm = job.grid.layer_z_mm(layer);
-    const bool is_whole = part.window == window_of(part.shape->spans);
+    const bool is_whole = scope.window == window_of(lattice);
     const LayerTarget target{lattice, z_mm, planes.channels(), part.stats, cancel, part.window, scope.region, is_whole};
     auto outcome = WindowOutcome::kComplete;
     if (materials) outcome = materials->run(target, part.shape->spans);

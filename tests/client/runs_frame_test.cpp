@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "client/client_error.h"
+#include "client/layer.h"
+#include "core/output/encode.h"
 #include "core/output/runs_frame.h"
 
 namespace ccslice::client {

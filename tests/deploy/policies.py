@@ -93,7 +93,7 @@ def bounded(_, workload):
 
 @with_name
 def pinned(_, workload):
-    version = re.search(r"^  VERSION ([\d.]+)$", (ROOT / "CMakeLists.txt").read_text(), re.MULTILINE).group(1)
+    version = (ROOT / "VERSION").read_text().strip()
     for container in containers_of(workload):
         image, _, tag = container["image"].partition(":")
         if not re.match(r"\d+\.\d+\.\d+", tag):

@@ -31,7 +31,7 @@ def proxy_with_tls(folder, redis_port, authority):
     port = free_port()
     text = (ROOT / "deploy/proxies/redis-tls.cfg").read_text()
     for theirs, ours in (("127.0.0.1:6380", f"127.0.0.1:{port}"), ("redis.example:6379", f"127.0.0.1:{redis_port}"),
-                         ("/etc/ssl/certs/ca-certificates.crt", str(authority)), ("verifyhost redis.example", "verifyhost 127.0.0.1")):
+                         ("/etc/ssl/certs/ca-certificates.crt", str(authority)), ("verifyhost redis.example", "verifyhost localhost")):
         if theirs not in text:
             raise RuntimeError(f"redis-tls.cfg has no {theirs}")
         text = text.replace(theirs, ours)
@@ -69,6 +69,7 @@ def run(row, ccsliced, ccslice, mesh, folder):
             row("a store in Redis with TLS and users", f"{written:g} mesh written", written == 1)
         proxy, port = proxy_with_tls(folder, redis_port, folder / "ca.crt")
         with proxy, served(ccsliced, folder, port) as (address, figures):  # Another server, which has no mesh.
+            wait_for(lambda: figure(figures, "ccslice_store_up") == 1, 10)
             with ccslice.Client(address) as client:
                 planned = client.plan(mesh.id, pitch=0.5)
             read = figure(figures, 'ccslice_store_operations_total{operation="read",outcome="found"}')

@@ -145,7 +145,7 @@ def run(row, ccsliced, ccslice, make_meshes, folder):
             watch(row, asked, redis, figures, lambda: use(client, ccslice, make_meshes))
         log = (folder / "server.log").read_text()
     audited = [json.loads(line) for line in log.splitlines() if '"event":"audit"' in line]
-    uploads = [line for line in audited if line["action"] == "uploaded" and line["client"] == "cadbox"]
+    uploads = [line for line in audited if line["action"] == "uploaded" and line["client"] == "certificate cadbox"]
     row("audit lines at level warning", f"{len(uploads)} uploads of cadbox", len(uploads) == 3 and '"method"' not in log)
 
 

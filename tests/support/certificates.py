@@ -14,6 +14,6 @@ def make_certificates(folder, address):
     openssl("req", "-x509", *key, "-keyout", "ca.key", "-out", "ca.crt", "-subj", "/CN=authority", "-days", "2")
     for name, subject in (("tls", "server"), ("client", "cadbox")):
         openssl("req", *key, "-keyout", f"{name}.key", "-out", f"{name}.csr", "-subj", f"/CN={subject}")
-        (folder / "names").write_text(f"subjectAltName=IP:{address}\n")
+        (folder / "names").write_text(f"subjectAltName=IP:{address},DNS:localhost\n")
         openssl("x509", "-req", "-in", f"{name}.csr", "-CA", "ca.crt", "-CAkey", "ca.key", "-CAcreateserial", "-out",
                 f"{name}.crt", "-days", "2", "-extfile", "names")

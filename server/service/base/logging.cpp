@@ -163,7 +163,7 @@ Log& current_log() {
 
 }  // namespace
 
-void set_up_logging(LogLevel level, LogFormat format, int descriptor) {
+void set_up_logging(LogLevel level, LogFormat format, int descriptor, bool audits) {
   Log& log = current_log();
   log.queue = std::make_shared<spdlog::details::thread_pool>(kLogQueueLines, 1);
   log.sink = std::make_shared<DescriptorSink>(descriptor, *log.queue);
@@ -177,7 +177,7 @@ void set_up_logging(LogLevel level, LogFormat format, int descriptor) {
                         : "%Y-%m-%d %H:%M:%S.%e %l: %J");
   log.logger->set_formatter(std::move(formatter));
   log.audit = std::static_pointer_cast<spdlog::async_logger>(log.logger->clone("ccsliced"));
-  log.audit->set_level(spdlog::level::info);
+  log.audit->set_level(audits ? spdlog::level::info : spdlog::level::off);
   log.logger->set_level(to_spdlog(level));
   spdlog::set_default_logger(log.logger);
 }

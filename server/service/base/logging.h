@@ -43,8 +43,8 @@ void log_audit(const std::string& action, const std::string& message, std::vecto
 
 /// Logs to this file from now on: plain lines, or one JSON object a line {"time", "level", "message", fields}. Messages
 /// are made safe (see log_text.h), as they may hold what clients sent. REQUIRES: SIGPIPE is ignored, for the reader of
-/// a pipe may go.
-void set_up_logging(LogLevel level, LogFormat format, int descriptor = STDERR_FILENO);
+/// a pipe may go. `audits`: whether lines of log_audit() are written.
+void set_up_logging(LogLevel level, LogFormat format, int descriptor = STDERR_FILENO, bool audits = true);
 
 /// Waits until the lines so far are written, for so long at most; whether they are. REQUIRES: set_up_logging().
 bool flush_log(std::chrono::milliseconds limit);

@@ -80,7 +80,7 @@ MeshStorePlace parse_mesh_store(const std::string& text) {
   std::string_view rest = std::string_view(text).substr(kRedisScheme.size());
   if (const std::size_t at = rest.find('@'); at != std::string_view::npos) {
     place.user = rest.substr(0, at);
-    if (!is_user(place.user)) refuse_place();
+    if (!is_user(place.user) || rest.find('@', at + 1) != std::string_view::npos) refuse_place();
     rest.remove_prefix(at + 1);
   }
   const std::size_t slash = rest.find('/');

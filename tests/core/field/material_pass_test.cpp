@@ -64,7 +64,8 @@ class MaterialPassTest : public testing::Test {
   }
 
   WindowOutcome run_in(const LayerWindow& window, const LayerWindow& counted, const std::vector<VoxelRun>& spans) {
-    return MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, {}, window, counted}, spans);
+    const bool is_whole = window == window_of(lattice_);
+    return MaterialPass(field_).run({lattice_, 7.0, planes_, stats_, {}, window, counted, is_whole}, spans);
   }
 
   float sample(int plane, std::uint32_t x, std::uint32_t y) const {

@@ -7,6 +7,8 @@
 
 #include <vector>
 
+#include "core/raster/occupancy.h"
+
 namespace ccslice {
 namespace {
 
@@ -46,6 +48,19 @@ TEST(LayerWindow, ClipsEverySpanToWhatItHolds) {
 
 TEST(LayerWindow, OfALatticeIsAllOfIt) {
   EXPECT_EQ(window_of(LayerLattice{1, 2, 0.5, 0.5, 8, 9}), (LayerWindow{0, 0, 8, 9}));
+}
+
+TEST(LayerWindow, HasInCommonWhatBothHold) {
+  EXPECT_EQ(common_window(kWindow, {5, 0, 9, 4}), (LayerWindow{5, 2, 2, 2}));
+  EXPECT_EQ(common_window(kWindow, kWindow), kWindow);
+  EXPECT_EQ(common_window(kWindow, {7, 2, 4, 3}).columns, 0u) << "they touch";
+  EXPECT_EQ(common_window({20, 20, 1, 1}, kWindow).rows, 0u);
+}
+
+TEST(LayerWindow, OfSpansHoldsAllOfThem) {
+  const std::vector<VoxelRun> spans = {{4, 7, 9}, {4, 12, 13}, {6, 3, 5}};
+  EXPECT_EQ(window_of(spans), (LayerWindow{3, 4, 10, 3}));
+  EXPECT_EQ(window_of(std::vector<VoxelRun>()), LayerWindow());
 }
 
 }  // namespace

@@ -119,6 +119,15 @@ TEST(Logging, AuditLinesAreWrittenAtEveryLevel) {
   }
 }
 
+TEST(Logging, LeavesAuditLinesOutIfNobodyWantsThem) {
+  Pipe pipe;
+  set_up_logging(LogLevel::kInfo, LogFormat::kText, pipe.writer(), false);
+  log_audit("uploaded", "a mesh", {});
+  spdlog::info("the end");
+  EXPECT_TRUE(flush_log(10s));
+  EXPECT_EQ(pipe.read_until("the end").find("uploaded"), std::string::npos);
+}
+
 TEST(Logging, NeverWaitsForAReaderThatStopsAndSaysWhatItLost) {
   constexpr std::size_t kThreads = 4, kLines = 3 * kLogQueueLines;
   Pipe pipe;
