@@ -14,7 +14,6 @@
 
 namespace ccslice::client {
 
-/// A job of this mesh, in this place.
 inline v1::Vector3 vector_of(double x, double y, double z) {
   v1::Vector3 vector;
   vector.set_x(x);
@@ -39,6 +38,7 @@ inline v1::GridExtent extent_of(std::uint32_t columns, std::uint32_t rows, std::
   return extent;
 }
 
+/// A job of this mesh, in this place.
 inline v1::SliceJob job_of(const std::string& mesh_id, const v1::Placement& placement) {
   v1::SliceJob job;
   v1::Part& part = *job.add_parts();

@@ -182,7 +182,7 @@ class ResidualReader {
   std::size_t begin_ = 0, end_ = 0;
 };
 
-/// What one sample is predicted by, given the spans of its row and of the row above.
+/// Makes a row's samples of their predictions and residuals. `above`: the row above, whose spans are `spans_above`.
 template <typename Sample, typename Restore>
 void restore_row(Sample* row, const Sample* above, std::size_t step, const std::vector<Span>& spans,
                  const std::vector<Span>& spans_above, const Sample* residuals, const Restore& restore) {
@@ -259,7 +259,7 @@ class Expansion {
     }
   }
   std::size_t bytes_of_sample() const { return std::max<std::size_t>(1, bits() / kByteBits); }
-  /// Of a row of all channels.
+  /// A row takes so many, with all channels.
   std::uint64_t row_bytes() const { return (columns_ * channels_ * bits() + kByteBits - 1) / kByteBits; }
   Byte* row_at(std::uint32_t row) { return reinterpret_cast<Byte*>(samples_.data()) + row_bytes() * row; }
 
@@ -288,24 +288,20 @@ class Expansion {
   }
 
   void set_constant(std::string_view sample) {
-    const unsigned bits = this->bits();
-    // So many numbers fill whole bytes.
-    std::string pattern(columns_ * channels_ * bytes_of_sample() + 1, '\0');
-    if (bits < kByteBits) {
+    std::string full(row_bytes(), '\0');  // A row that is inside from end to end.
+    if (bits() < kByteBits) {
       const unsigned number = static_cast<Byte>(sample.front());
-      if (number >> bits != 0) wrong("a number of more bits than its type");
+      if (number >> bits() != 0) wrong("a number of more bits than its type");
       unsigned byte = 0;
-      for (unsigned shift = 0; shift < kByteBits; shift += bits) byte |= number << shift;
-      pattern.assign(pattern.size(), static_cast<char>(byte));
+      for (unsigned shift = 0; shift < kByteBits; shift += bits()) byte |= number << shift;
+      full.assign(full.size(), static_cast<char>(byte));
     } else {
-      for (std::size_t i = 0; i + sample.size() < pattern.size(); i += sample.size()) {
-        std::memcpy(pattern.data() + i, sample.data(), sample.size());
-      }
+      for (std::size_t i = 0; i < full.size(); i += sample.size()) sample.copy(full.data() + i, sample.size());
     }
-    const std::uint64_t step = std::uint64_t{bits} * channels_;
+    const std::uint64_t step = std::uint64_t{bits()} * channels_;
     each_row([&](std::uint32_t row, const std::vector<Span>& spans, const auto&) {
       for (const Span& span : spans) {
-        copy_inside(reinterpret_cast<const Byte*>(pattern.data()), 0, step * (span.end - span.begin), row,
+        copy_inside(reinterpret_cast<const Byte*>(full.data()), step * span.begin, step * (span.end - span.begin), row,
                     step * span.begin);
       }
     });

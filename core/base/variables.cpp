@@ -58,7 +58,7 @@ constexpr auto kServerVariables = std::to_array<std::string_view>({
     "WARM_MESHES",
 });
 
-/// Of the clients, of plug-ins, and of tests and builds.
+/// The variables of clients, plug-ins, tests and builds.
 constexpr auto kOtherVariables = std::to_array<std::string_view>({
     "BUILD",
     "CA",

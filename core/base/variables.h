@@ -15,7 +15,7 @@ namespace ccslice {
 
 inline constexpr std::string_view kVariablePrefix = "CCSLICE_";
 
-/// Those of ccsliced's options, without the prefix, in order.
+/// The variables of ccsliced's options, without the prefix, in order.
 std::span<const std::string_view> server_variables();
 
 /// Says which variable is unknown, which one is nearest to it, and what to do. Empty if there is none. What Kubernetes

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <type_traits>
 
+#include "core/output/arrange.h"
+
 namespace ccslice {
 namespace {
 
@@ -29,12 +31,6 @@ std::array<std::uint8_t, 4> bytes_of(double sample, SampleType type) noexcept {
     std::memcpy(bytes.data(), &number, bytes_per_sample(type));
   }
   return bytes;
-}
-
-/// REQUIRES: `zeros` are 0, and room for whole samples.
-void fill(std::span<std::uint8_t> zeros, std::span<const std::uint8_t> sample) noexcept {
-  if (std::ranges::all_of(sample, [](std::uint8_t byte) { return byte == 0; })) return;
-  for (std::size_t i = 0; i < zeros.size(); i += sample.size()) std::memcpy(&zeros[i], sample.data(), sample.size());
 }
 
 /// Values c[0] + c[1] t + c[2] t^2 + c[3] t^3 at t = t0 + k * dt, k >= first, clamped to [low, high].
@@ -129,13 +125,15 @@ void ContonePlane::clear(std::uint32_t width, std::uint32_t height, const Cancel
   width_ = width;
   height_ = height;
   const std::size_t size = sample_bytes(type_, width, height);
+  const auto outside = std::span(outside_).first(bytes_per_sample(type_));
+  const bool is_zero = std::ranges::all_of(outside, [](std::uint8_t byte) { return byte == 0; });
   samples_.clear();
   samples_.reserve(size);
   while (samples_.size() < size) {
     cancel.throw_if_cancelled();
     const std::size_t begin = samples_.size();
     samples_.resize(std::min(size, begin + kPieceBytes));
-    fill(std::span(samples_).subspan(begin), std::span(outside_).first(bytes_per_sample(type_)));
+    if (!is_zero) fill_samples(std::span(samples_).subspan(begin), outside);
   }
 }
 

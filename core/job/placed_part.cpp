@@ -14,10 +14,6 @@
 namespace ccslice {
 namespace {
 
-std::uint64_t plane_bytes(const PlaneSpec& plane, const LayerWindow& window) {
-  return sample_bytes(plane.sample_type, window.columns, window.rows, channel_count(plane));
-}
-
 bool takes_window(const PlaneSpec& plane) {
   const EncodingTraits* traits = find_encoding(plane.encoding);
   return traits != nullptr && traits->takes_window;
@@ -26,9 +22,9 @@ bool takes_window(const PlaneSpec& plane) {
 std::uint64_t most_bytes(const SliceJob& job, std::span<const LayerWindow> windows) {
   std::uint64_t bytes = 0;
   for (const PlaneSpec& plane : job.planes) {
-    const std::uint64_t all = plane_bytes(plane, region_of(job).window());
+    const std::uint64_t all = sample_bytes(plane, region_of(job).window());
     std::uint64_t held = 0;
-    for (const LayerWindow& window : windows) held += plane_bytes(plane, window);
+    for (const LayerWindow& window : windows) held += sample_bytes(plane, window);
     bytes += takes_window(plane) ? std::min(all, held) : all;
   }
   return bytes;

@@ -20,15 +20,15 @@ void copy_reversed(const std::uint8_t* in, std::size_t count, std::size_t bytes,
   for (std::size_t i = 0; i < count; ++i) std::memcpy(out + bytes * i, in + bytes * (count - 1 - i), bytes);
 }
 
-void fill(std::uint8_t* out, std::size_t count, std::span<const std::uint8_t> sample) {
+}  // namespace
+
+void fill_samples(std::span<std::uint8_t> out, std::span<const std::uint8_t> sample) {
   if (std::ranges::all_of(sample, [&](std::uint8_t byte) { return byte == sample[0]; })) {
-    std::fill_n(out, count * sample.size(), sample[0]);
+    std::ranges::fill(out, sample[0]);
     return;
   }
-  for (std::size_t i = 0; i < count; ++i) std::ranges::copy(sample, out + sample.size() * i);
+  for (std::size_t i = 0; i < out.size(); i += sample.size()) std::memcpy(&out[i], sample.data(), sample.size());
 }
-
-}  // namespace
 
 LayerWindow held_window(const Arrangement& arrangement) {
   const LayerWindow held = common_window(arrangement.from, arrangement.to), &to = arrangement.to;
@@ -44,23 +44,24 @@ std::span<const std::uint8_t> arrange(std::span<const std::uint8_t> samples, std
   if (arrangement.is_identity()) return samples;
   const std::size_t bytes = outside.size();
   const LayerWindow &to = arrangement.to, held = common_window(arrangement.from, to), there = held_window(arrangement);
-  out.resize(std::size_t{to.columns} * to.rows * bytes);
+  const std::size_t row_bytes = bytes * to.columns, begin = bytes * there.first_column, length = bytes * held.columns;
+  out.resize(row_bytes * to.rows);
   for (std::uint32_t row = 0; row < to.rows; ++row) {
     if (row % kRowsPerPoll == 0) cancel.throw_if_cancelled();
-    std::uint8_t* row_out = out.data() + bytes * to.columns * row;
-    if (held.columns == 0 || row < there.first_row || row >= there.end_row()) {
-      fill(row_out, to.columns, outside);
+    const std::span<std::uint8_t> row_out = std::span(out).subspan(row_bytes * row, row_bytes);
+    if (length == 0 || row < there.first_row || row >= there.end_row()) {
+      fill_samples(row_out, outside);
       continue;
     }
     const std::uint32_t source = arrangement.order.rows_descending ? to.end_row() - 1 - row : to.first_row + row;
     const std::uint8_t* in = samples.data() + bytes * arrangement.from.index(held.first_column, source);
-    fill(row_out, there.first_column, outside);
+    fill_samples(row_out.first(begin), outside);
     if (arrangement.order.columns_descending) {
-      copy_reversed(in, held.columns, bytes, row_out + bytes * there.first_column);
+      copy_reversed(in, held.columns, bytes, row_out.data() + begin);
     } else {
-      std::memcpy(row_out + bytes * there.first_column, in, bytes * held.columns);
+      std::memcpy(row_out.data() + begin, in, length);
     }
-    fill(row_out + bytes * there.end_column(), to.columns - there.end_column(), outside);
+    fill_samples(row_out.subspan(begin + length), outside);
   }
   return out;
 }

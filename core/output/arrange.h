@@ -32,6 +32,9 @@ struct Arrangement {
   bool is_identity() const { return from == to && order == PictureOrder{}; }
 };
 
+/// Repeats a sample. REQUIRES: `out` has room for whole ones.
+void fill_samples(std::span<std::uint8_t> out, std::span<const std::uint8_t> sample);
+
 /// The same of no more than there are samples of.
 inline Arrangement held_arrangement(const Arrangement& arrangement) {
   return {arrangement.from, common_window(arrangement.from, arrangement.to), arrangement.order};

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/output/arrange.h"
 #include "core/output/encodings.h"
 #include "core/output/pack_indices.h"
 #include "core/output/polling.h"
@@ -44,11 +45,11 @@ std::uint32_t crc32_of_window(const SampleImage& image, const CancellationToken&
   constexpr std::size_t kByte = 8;
   const LayerWindow window = image_window(image);
   const std::uint32_t channels = channel_count(image);
-  const std::size_t sample_bits = sample_bytes(image.type, kByte, 1);
+  const std::size_t sample_bits = sample_bytes(image.type, kByte, 1), voxel_bits = channels * sample_bits;
   const std::size_t row_bytes = sample_bytes(image.type, window.columns, 1, channels);
   std::vector<std::uint8_t> outside(sample_bytes(image.type, image.width, 1, channels));
   const std::size_t period = std::max<std::size_t>(1, sample_bits / kByte);
-  for (std::size_t i = 0; i < outside.size(); ++i) outside[i] = image.outside[i % period];
+  fill_samples(outside, std::span(image.outside).first(period));
   std::vector<std::uint8_t> row;
   std::uint32_t crc = libdeflate_crc32(0, nullptr, 0);
   for (std::uint32_t y = 0; y < image.height; ++y) {
@@ -56,8 +57,8 @@ std::uint32_t crc32_of_window(const SampleImage& image, const CancellationToken&
     const bool is_held = window.columns > 0 && y >= window.first_row && y < window.end_row();
     if (is_held) {
       row = outside;
-      place_bits(image.samples.subspan(row_bytes * (y - window.first_row), row_bytes),
-                 sample_bits * channels * window.first_column, row);
+      copy_bits(image.samples.data() + row_bytes * (y - window.first_row), 0, voxel_bits * window.columns, row.data(),
+                voxel_bits * window.first_column);
     }
     crc = libdeflate_crc32(crc, is_held ? row.data() : outside.data(), outside.size());
   }
@@ -112,6 +113,10 @@ std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t h
     case SampleType::kUint4: return (std::uint64_t{width} + 1) / 2 * height * channels;
   }
   throw Error(ErrorCode::kInternal, "unknown sample type " + std::to_string(static_cast<int>(type)));
+}
+
+std::uint64_t sample_bytes(const PlaneSpec& plane, const LayerWindow& window) {
+  return sample_bytes(plane.sample_type, window.columns, window.rows, channel_count(plane));
 }
 
 std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding encoding, std::uint32_t channels) {

@@ -48,17 +48,20 @@ void pack_row(const std::uint8_t* in, std::size_t width, std::uint8_t* out) {
 
 }  // namespace
 
-void place_bits(std::span<const std::uint8_t> bits, std::size_t begin, std::span<std::uint8_t> out) {
+void copy_bits(const std::uint8_t* in, std::size_t from, std::size_t count, std::uint8_t* out, std::size_t to) {
   constexpr std::size_t kByte = 8;
-  const std::size_t first = begin / kByte, shift = begin % kByte;
-  if (shift == 0) {
-    std::ranges::copy(bits, out.begin() + static_cast<std::ptrdiff_t>(first));
+  if ((from | count | to) % kByte == 0) {
+    std::copy_n(in + from / kByte, count / kByte, out + to / kByte);
     return;
   }
-  for (std::size_t i = 0; i < bits.size(); ++i) {
-    out[first + i] = static_cast<std::uint8_t>(out[first + i] | bits[i] >> shift);
-    const auto low = static_cast<std::uint8_t>(bits[i] << (kByte - shift));
-    if (low != 0) out[first + i + 1] = low;
+  while (count > 0) {  // One byte of `out` after the other, of up to two of `in`.
+    const std::size_t skipped = from % kByte, begin = to % kByte, bits = std::min(kByte - begin, count);
+    const std::uint32_t high = in[from / kByte], low = skipped + bits > kByte ? in[from / kByte + 1] : 0;
+    const std::uint32_t taken = (high << kByte | low) << skipped >> kByte & (0xff00u >> bits) & 0xff;
+    out[to / kByte] = static_cast<std::uint8_t>(out[to / kByte] | taken >> begin);
+    from += bits;
+    to += bits;
+    count -= bits;
   }
 }
 

@@ -8,7 +8,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "core/base/cancellation.h"
@@ -36,9 +35,9 @@ void pack_mask(const IndexImage& image, std::uint32_t material, std::vector<std:
 /// 2^bits; room for ceil(count * bits / 8) bytes.
 void pack_numbers(const std::uint8_t* numbers, std::size_t count, std::uint32_t bits, std::uint8_t* packed);
 
-/// Copies packed bits to those of `out` from `begin` on. REQUIRES: these are 0, or begin is at a whole byte; what is
-/// left of the last byte of `bits` is 0.
-void place_bits(std::span<const std::uint8_t> bits, std::size_t begin, std::span<std::uint8_t> out);
+/// Copies bits [from, from + count) of `in` to those of `out` from `to` on. The first bit of a byte is its most
+/// significant one. REQUIRES: bits of `out` that are in bytes it shares with others are 0.
+void copy_bits(const std::uint8_t* in, std::size_t from, std::size_t count, std::uint8_t* out, std::size_t to);
 
 /// REQUIRES: bits 1, 2, 4 or 8; all numbers below 2^bits. Throws Error{kCancelled}.
 void pack_indices(const IndexImage& image, std::uint32_t bits, std::vector<std::uint8_t>& packed,

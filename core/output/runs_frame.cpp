@@ -4,6 +4,7 @@
 #include "core/output/runs_frame.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <functional>
@@ -121,41 +122,6 @@ RowPair<Sample> row_pair(const SampleImage& image, std::size_t channel, std::uin
   return {samples, above.empty() ? samples : samples - stride, step, window.first_column};
 }
 
-/// Bits one after the other, the first one in a byte's most significant bit.
-class BitAppender {
- public:
-  explicit BitAppender(std::uint8_t* out) : out_(out) {}
-
-  /// Bits [begin, end) of `in`.
-  void append(const std::uint8_t* in, std::size_t begin, std::size_t end) {
-    while (begin < end) {
-      const std::size_t offset = begin % kByte, count = std::min(kByte - offset, end - begin);
-      put(static_cast<std::uint32_t>(in[begin / kByte]) >> (kByte - offset - count) & ((1u << count) - 1), count);
-      begin += count;
-    }
-  }
-  /// Fills the last byte with zeros. Returns the end of what is written.
-  std::uint8_t* finish() {
-    if (used_ > 0) put(0, kByte - used_);
-    return out_;
-  }
-
- private:
-  static constexpr std::size_t kByte = 8;
-
-  void put(std::uint32_t bits, std::size_t count) {
-    held_ = held_ << count | bits;
-    used_ += count;
-    if (used_ < kByte) return;
-    used_ -= kByte;
-    *out_++ = static_cast<std::uint8_t>(held_ >> used_);
-  }
-
-  std::uint8_t* out_;
-  std::uint32_t held_ = 0;  // Its last bits are those of the byte that isn't full,
-  std::size_t used_ = 0;    // so many.
-};
-
 std::uint64_t voxels_of(Spans spans) {
   std::uint64_t voxels = 0;
   for (const VoxelRun& span : spans) voxels += span.end - span.begin;
@@ -221,27 +187,22 @@ void RunsEncoder::put_packed(const SampleImage& image, const CancellationToken& 
   const LayerWindow window = image_window(image);
   const std::size_t bits = bits_of(image.type), row_bytes = sample_bytes(image.type, window.columns, 1);
   const std::size_t begin = content_.size();
-  content_.resize(begin + (voxels_of(image.spans) * bits + 7) / 8 + 1);
-  BitAppender out(&content_[begin]);
+  content_.resize(begin + (voxels_of(image.spans) * bits + 7) / 8);
+  std::uint8_t* const out = content_.data() + begin;
+  std::size_t at = 0;
   each_row(image, cancel, [&](std::uint32_t row, Spans spans, Spans) {
     const std::uint8_t* samples = &image.samples[row_bytes * (row - window.first_row)];
     for (const VoxelRun& span : spans) {
-      out.append(samples, bits * (span.begin - window.first_column), bits * (span.end - window.first_column));
+      const std::size_t count = bits * (span.end - span.begin);
+      copy_bits(samples, bits * (span.begin - window.first_column), count, out, at);
+      at += count;
     }
   });
-  content_.resize(static_cast<std::size_t>(out.finish() - content_.data()));
 }
 
 template <typename Sample>
 void RunsEncoder::put_differences(const SampleImage& image, const CancellationToken& cancel) {
-  std::vector<Sample>& residuals = [&]() -> std::vector<Sample>& {
-    if constexpr (std::is_same_v<Sample, std::uint8_t>) {
-      return narrow_;
-    } else {
-      return wide_;
-    }
-  }();
-  residuals.resize(std::max(residuals.size(), image.width + kBlock));
+  std::vector<Sample> residuals(image.width + kBlock);
   std::size_t count = 0;
   each_row(image, cancel, [&](std::uint32_t row, Spans spans, Spans above) {
     const RowPair<Sample> rows = row_pair<Sample>(image, 0, row, above);
@@ -271,9 +232,9 @@ void RunsEncoder::put_blocks(std::vector<Sample>& residuals, std::size_t& count,
       std::memcpy(&content_[begin], block, sizeof(Sample) * length);
       continue;
     }
-    packed_residuals_.resize(kBlock);
-    for (std::size_t i = 0; i < length; ++i) packed_residuals_[i] = static_cast<std::uint8_t>(block[i]);
-    pack_numbers(packed_residuals_.data(), length, static_cast<std::uint32_t>(width), &content_[begin]);
+    std::array<std::uint8_t, kBlock> numbers;
+    for (std::size_t i = 0; i < length; ++i) numbers[i] = static_cast<std::uint8_t>(block[i]);
+    pack_numbers(numbers.data(), length, static_cast<std::uint32_t>(width), &content_[begin]);
   }
   std::copy(residuals.begin() + static_cast<std::ptrdiff_t>(done),
             residuals.begin() + static_cast<std::ptrdiff_t>(count), residuals.begin());

@@ -51,9 +51,6 @@ class RunsEncoder {
   void put_blocks(std::vector<Sample>& residuals, std::size_t& count, bool last);
 
   std::vector<std::uint8_t> content_;
-  std::vector<std::uint8_t> narrow_;  // Scratch: residuals of 8 bits,
-  std::vector<std::uint16_t> wide_;   // and of 16.
-  std::vector<std::uint8_t> packed_residuals_;
 };
 
 /// How samples of channels are written.

@@ -83,7 +83,7 @@ class IntervalSums {
 double voxels_of(const LayerWindow& window) { return static_cast<double>(window.columns) * window.rows; }
 
 double plane_bytes(const PlaneSpec& plane, const LayerWindow& window) {
-  return static_cast<double>(sample_bytes(plane.sample_type, window.columns, window.rows, channel_count(plane)));
+  return static_cast<double>(sample_bytes(plane, window));
 }
 
 /// Samples of channels and materials, of the window that a part is in.

@@ -14,7 +14,7 @@
 namespace ccslice::cli {
 namespace {
 
-/// What a picture is, a bit each.
+/// Each bit is a kind of picture.
 enum Trait : unsigned {
   kSpace = 1 << 0,
   kPlane = 1 << 1,

@@ -25,7 +25,7 @@ struct PrintingOptions {
 };
 
 void add_printing_options(CLI::App& command, PrintingOptions& options);
-/// Of the voxels outside, which pictures of layers hold and drawings don't show.
+/// The colour of voxels outside, which pictures of layers hold and drawings don't show.
 void add_background_option(CLI::App& command, PrintingOptions& options);
 
 /// Nothing if no material is named. Throws UsageError.

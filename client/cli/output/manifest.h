@@ -13,7 +13,7 @@
 
 namespace ccslice::cli {
 
-/// What manifest.json says of its own form: 3 since it has parts and printing in slice_job alone.
+/// `format_version` of manifest.json. Version 3 has parts and printing in slice_job alone.
 inline constexpr std::uint32_t kManifestVersion = 3;
 
 /// Completes a manifest that has its layers. `plan`: the job's, whose warnings it has as they are.

@@ -57,11 +57,6 @@ double typical_compression(const PlaneSpec& plane) {
   return 1;
 }
 
-std::uint64_t plane_bytes(const SliceJob& job, const PlaneSpec& plane) {
-  const GridExtent extent = region_of(job).extent;
-  return sample_bytes(plane.sample_type, extent.columns, extent.rows, channel_count(plane));
-}
-
 Box3 box_of(const VoxelBox& region, const Grid& grid) {
   const Vec3 pitch(grid.pitch.x_mm, grid.pitch.y_mm, grid.pitch.z_mm);
   const Vec3 first(region.first_column, region.first_row, region.first_layer);
@@ -408,7 +403,7 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request,
   plan.set_raw_bytes(layer_bytes(job) * region.extent.layers);
   double estimate = 0;
   for (const PlaneSpec& plane : job.planes) {
-    estimate += typical_compression(plane) * static_cast<double>(plane_bytes(job, plane));
+    estimate += typical_compression(plane) * static_cast<double>(sample_bytes(plane, region.window()));
   }
   plan.set_estimated_bytes(static_cast<std::uint64_t>(std::llround(estimate * region.extent.layers)));
   describe_parts(message, parts, smallest_feature(request, job.grid.pitch), cancel, plan);
@@ -420,7 +415,7 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request,
 
 std::uint64_t layer_bytes(const SliceJob& job) {
   std::uint64_t bytes = 0;
-  for (const PlaneSpec& plane : job.planes) bytes += plane_bytes(job, plane);
+  for (const PlaneSpec& plane : job.planes) bytes += sample_bytes(plane, region_of(job).window());
   return bytes;
 }
 

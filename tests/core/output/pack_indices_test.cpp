@@ -84,5 +84,24 @@ TEST(IndexEncodingObstacle, NamesTypesThatAreTooNarrow) {
   EXPECT_TRUE(index_encoding_obstacle(SampleType::kUint8, Encoding::kTiff, 1));
 }
 
+TEST(CopyBits, TakesThemFromAnywhereToAnywhere) {
+  const std::vector<std::uint8_t> in = {0b10110011, 0b01011100, 0b11110000};
+  const auto bit = [](const std::vector<std::uint8_t>& bytes, std::size_t at) {
+    return bytes[at / 8] >> (7 - at % 8) & 1;
+  };
+  for (std::size_t from = 0; from < 24; ++from) {
+    for (std::size_t count = 0; from + count <= 24; ++count) {
+      for (std::size_t to = 0; to < 17; ++to) {
+        std::vector<std::uint8_t> out(6);
+        copy_bits(in.data(), from, count, out.data(), to);
+        for (std::size_t at = 0; at < 48; ++at) {
+          const bool is_copied = at >= to && at < to + count;
+          ASSERT_EQ(bit(out, at), is_copied ? bit(in, from + at - to) : 0) << from << ' ' << count << ' ' << to;
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace ccslice
