@@ -218,6 +218,24 @@ measure_store() {
   printf '| the first call at another server | %s s |\n' "$other"
 }
 
+# --- Small servers ----------------------------------------------------------------------------------------------------
+
+# Sets least_mb: the smallest server, in steps of 256 MB, that takes halftones of each part.
+measure_least() {
+  local part channel
+  for ((least_mb = 512; ; least_mb += 256)); do
+    serve --threads 2 --memory "${least_mb}000000"
+    for part in ${samples//,/ }; do
+      channel=$(channel_of "$part")
+      slice_middle "$part" png --material VeroCY-V --material Agilus30Clr \
+        --map "blend:$channel:0=VeroCY-V,1=Agilus30Clr" 2>/dev/null || continue 2
+    done
+    break
+  done
+  printf '\n## The smallest server that takes each part: --memory %s MB, of which it held %s MB\n' \
+    "$least_mb" "$(calc "$(most_resident) / 1e6" %.0f)"
+}
+
 # --- What follows -----------------------------------------------------------------------------------------------------
 
 reckon() {
@@ -225,12 +243,13 @@ reckon() {
   layer_seconds=$(calc "$most_seconds / $layers" %.4f)
   printf '\n## What a replica does (reckoned: several threads do %s each of what one does; halftones of %s)\n\n' \
     "$efficiency" "$dearest"
-  printf '| processors | layers/s | trays of %s, a layer each %s s | MB: %s, and a job for each processor |\n' \
+  printf '| processors | layers/s | trays of %s, a layer each %s s | MB: %s, and a job for each processor, at least what takes each part |\n' \
     "$parts_per_tray" "$seconds_per_layer" "$fixed_mb"
   printf '| --- | --- | --- | --- |\n'
   for cpus in 2 4 8; do
     rate=$(calc "$cpus * $efficiency / $layer_seconds")
     memory=$(calc "$fixed_mb + $cpus * $most_memory / 1e6" %.0f)
+    ((memory >= least_mb)) || memory=$least_mb
     printf '| %s | %s | %s | %s |\n' "$cpus" "$rate" "$(calc "$rate * $seconds_per_layer / $parts_per_tray" %d)" "$memory"
   done
   rate=$(calc "$printers * $parts_per_tray / $seconds_per_layer")
@@ -250,4 +269,5 @@ measure_parts
 measure_threads
 measure_streams
 measure_store
+measure_least
 reckon

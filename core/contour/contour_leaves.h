@@ -53,6 +53,9 @@ class ContourLeaves {
   void collect(std::span<const BoundaryFaceId> faces, const LeafCriteria& criteria);
 
   std::span<const ContourLeaf> leaves() const { return leaves_; }
+  /// How many nodes the layer visited, and how many are kept of all layers.
+  std::size_t visited_nodes() const { return visited_; }
+  std::size_t kept_nodes() const { return tree_.node_count(); }
   /// Valid until the next collect().
   LeafSurface surface(const ContourLeaf& leaf) const { return {tree_.node(leaf.node), tree_.net(leaf.node)}; }
   PlaneSide side(std::uint32_t vertex) const { return marks_[vertex].side; }

@@ -64,6 +64,7 @@ class SurfaceTree {
   [[nodiscard]] bool start(const AffineMap& to_axes, std::size_t nodes_of_last_layer);
 
   const SurfaceVertices& vertices() const { return vertices_; }
+  std::size_t node_count() const { return nodes_.size(); }
   const SurfaceNode& node(std::uint32_t id) const { return nodes_[id]; }
   /// A remainder has children once stand_in() has asked for them.
   const BezierNet& net(std::uint32_t id) const { return nets_[id]; }

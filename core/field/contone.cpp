@@ -121,19 +121,26 @@ ContonePlane::ContonePlane(const PlaneSpec& spec, const ChannelRange& channel, s
   high_ = quantize(channel.max, range_, largest) + 0.5;
 }
 
-void ContonePlane::clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel) {
+void ContonePlane::reserve(std::size_t voxels) { samples_.reserve(bytes_per_sample(type_) * voxels); }
+
+void ContonePlane::resize(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel) {
   width_ = width;
   height_ = height;
   const std::size_t size = sample_bytes(type_, width, height);
-  const auto outside = std::span(outside_).first(bytes_per_sample(type_));
-  const bool is_zero = std::ranges::all_of(outside, [](std::uint8_t byte) { return byte == 0; });
-  samples_.clear();
   samples_.reserve(size);
+  if (samples_.size() > size) samples_.resize(size);
   while (samples_.size() < size) {
     cancel.throw_if_cancelled();
-    const std::size_t begin = samples_.size();
-    samples_.resize(std::min(size, begin + kPieceBytes));
-    if (!is_zero) fill_samples(std::span(samples_).subspan(begin), outside);
+    samples_.resize(std::min(size, samples_.size() + kPieceBytes));
+  }
+}
+
+void ContonePlane::clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel) {
+  resize(width, height, cancel);
+  const auto outside = std::span(outside_).first(bytes_per_sample(type_));
+  for (std::size_t begin = 0; begin < samples_.size(); begin += kPieceBytes) {
+    cancel.throw_if_cancelled();
+    fill_samples(std::span(samples_).subspan(begin, std::min(kPieceBytes, samples_.size() - begin)), outside);
   }
 }
 

@@ -37,7 +37,11 @@ class ContonePlane {
   /// spec.sample_type isn't kBit.
   ContonePlane(const PlaneSpec& spec, const ChannelRange& channel, std::optional<std::uint32_t> of_solid);
 
-  /// All samples as outside. Throws Error{kCancelled}.
+  /// Room for so many samples, so that windows that grow from layer to layer need no other memory.
+  void reserve(std::size_t voxels);
+  /// Of this size, with any samples. Throws Error{kCancelled}.
+  void resize(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel = {});
+  /// The same, and all samples are as outside.
   void clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel = {});
   /// Sets voxel `index` (width * y + x) from the values of all of the solid's channels. Nothing if it isn't of one.
   void set(std::size_t index, std::span<const double> channel_values) noexcept;

@@ -34,9 +34,10 @@ class SlabMaterials::State {
       : grid_(spec.grid),
         guard_(field, spec),
         pieces_(solid, spec, store->tiles_fit(solid, spec)),
-        piece_finder_(solid, spec, store, rows),
+        blocks_(std::make_shared<VoxelBlocks>(*solid, spec, store->stencils_of(*solid))),
+        piece_finder_(solid, spec, store, rows, blocks_),
         tiles_(spec.grid, spec.channels.size()),
-        tile_builder_(solid, field, spec, store->tiles_fit(solid, spec), store->stencils_of(*solid)),
+        tile_builder_(solid, field, spec, store->tiles_fit(solid, spec), blocks_),
         tile_painter_(field, spec.channels) {}
 
   void start(std::uint32_t first_layer, std::uint32_t end_layer);
@@ -59,6 +60,7 @@ class SlabMaterials::State {
   const Grid grid_;
   PaintGuard guard_;
   SlabPieces pieces_;
+  const std::shared_ptr<VoxelBlocks> blocks_;  // Pieces and tiles take turns.
   PieceFinder piece_finder_;
   TileTree tiles_;  // Tiles of voxels that no piece paints.
   TileTreeBuilder tile_builder_;

@@ -24,14 +24,18 @@ constexpr std::uint64_t kNoKey = ~std::uint64_t{0};
 class PatchCache {
  public:
   PatchCache(std::size_t channels, std::size_t bytes)
-      : doubles_(round_up(kPatchPoints + 64 * channels)),
-        slots_(std::bit_floor(std::max<std::size_t>(1, bytes / (doubles_ * sizeof(double))))),
+      : doubles_(doubles_of(channels)),
+        slots_(slots_of(channels, bytes)),
         storage_(static_cast<double*>(::operator new(slots_* doubles_ * sizeof(double), kAlignment))),
         patches_(slots_, Slot{kNoKey, {}}) {
     for (std::size_t s = 0; s < slots_; ++s) {
       double* points = storage_.get() + s * doubles_;
       patches_[s].patch = {points, points + kPatchPoints};
     }
+  }
+
+  static std::size_t bytes_of(std::size_t channels, std::size_t bytes) {
+    return slots_of(channels, bytes) * (doubles_of(channels) * sizeof(double) + sizeof(Slot));
   }
 
   /// load(points, channels) fills a patch that isn't there.
@@ -48,7 +52,10 @@ class PatchCache {
 
  private:
   static constexpr std::align_val_t kAlignment{32};
-  static std::size_t round_up(std::size_t doubles) { return (doubles + 3) / 4 * 4; }
+  static std::size_t doubles_of(std::size_t channels) { return (kPatchPoints + 64 * channels + 3) / 4 * 4; }
+  static std::size_t slots_of(std::size_t channels, std::size_t bytes) {
+    return std::bit_floor(std::max<std::size_t>(1, bytes / (doubles_of(channels) * sizeof(double))));
+  }
   struct Slot {
     std::uint64_t key;
     Patch patch;
@@ -64,6 +71,10 @@ class PatchCache {
 };
 
 }  // namespace
+
+std::size_t patch_cache_bytes(std::size_t channels, std::size_t most_bytes) {
+  return PatchCache::bytes_of(channels, most_bytes);
+}
 
 struct LimitEvaluator::State {
   const LimitSolid& solid;

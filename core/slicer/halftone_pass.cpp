@@ -20,11 +20,12 @@ constexpr int kPlaceDigits = 6;
 
 }  // namespace
 
-HalftonePass::HalftonePass(const HalftonePlan& plan)
+HalftonePass::HalftonePass(const HalftonePlan& plan, std::size_t voxels)
     : plan_(plan),
       halftoner_(plan),
       palette_(palette_of(plan.printing())),
       histogram_(plan.printing().materials.size()) {
+  indices_.reserve(voxels);
   const std::vector<const MaterialMap*> maps = maps_of(plan.printing());
   const std::vector<std::string> channels = channels_of(plan.printing());
   values_.resize(channels.size());

@@ -31,8 +31,8 @@ class HalftonePass {
     LayerWindow counted;  // The histogram and the misfits count these voxels.
   };
 
-  /// REQUIRES: plan outlives the pass.
-  explicit HalftonePass(const HalftonePlan& plan);
+  /// `voxels`: of the largest window; there is room for them from the start. REQUIRES: plan outlives the pass.
+  explicit HalftonePass(const HalftonePlan& plan, std::size_t voxels = 0);
 
   /// `spans`: voxels inside, as rasterize() yields them. `channels`: planes of kFloat32 of the window, of
   /// channels_of(plan.printing()) in that order. Error diffusion REQUIRES a window of all that is inside, from the

@@ -17,13 +17,12 @@ struct LayerSlicer::Shared {
 };
 
 struct LayerSlicer::State {
-  std::shared_ptr<const Shared> shared;
   std::vector<PartPainter> painters;  // By part.
   LayerComposer composer;
   std::vector<PaintedPart> painted;  // In the composer's order.
 
-  explicit State(std::shared_ptr<const Shared> the_shared) : shared(std::move(the_shared)), composer(shared->parts) {
-    for (const auto& painting : shared->painting) painters.emplace_back(painting);
+  explicit State(const Shared& shared) : composer(shared.parts) {
+    for (const auto& painting : shared.painting) painters.emplace_back(painting);
   }
 
   Layer slice(std::uint32_t layer, const CancellationToken& cancel) {
@@ -51,15 +50,20 @@ LayerSlicer::LayerSlicer(PlacedParts parts, const CancellationToken& cancel,
 LayerSlicer::LayerSlicer(std::shared_ptr<const LimitSolid> solid, SliceJob job, const CancellationToken& cancel,
                          std::span<const std::optional<bool>> tiles_fit)
     : LayerSlicer(PlacedParts{{"", std::move(solid), std::move(job)}}, cancel, tiles_fit) {}
-LayerSlicer::LayerSlicer(std::shared_ptr<const Shared> shared) : state_(std::make_unique<State>(std::move(shared))) {}
+LayerSlicer::LayerSlicer(std::shared_ptr<const Shared> shared) : shared_(std::move(shared)) {}
 LayerSlicer::~LayerSlicer() = default;
 LayerSlicer::LayerSlicer(LayerSlicer&&) noexcept = default;
 LayerSlicer& LayerSlicer::operator=(LayerSlicer&&) noexcept = default;
 
-LayerSlicer LayerSlicer::twin() const { return LayerSlicer(state_->shared); }
+LayerSlicer LayerSlicer::twin() const { return LayerSlicer(shared_); }
 
-Layer LayerSlicer::slice(std::uint32_t layer, const CancellationToken& cancel) { return state_->slice(layer, cancel); }
+Layer LayerSlicer::slice(std::uint32_t layer, const CancellationToken& cancel) {
+  if (!state_) state_ = std::make_unique<State>(*shared_);
+  return state_->slice(layer, cancel);
+}
 
-std::span<const PaintedPart> LayerSlicer::painted() const { return state_->painted; }
+std::span<const PaintedPart> LayerSlicer::painted() const {
+  return state_ ? std::span<const PaintedPart>(state_->painted) : std::span<const PaintedPart>();
+}
 
 }  // namespace ccslice

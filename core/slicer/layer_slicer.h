@@ -20,7 +20,7 @@
 
 namespace ccslice {
 
-/// One thread's worker. Holds scratch memory of one layer, and of what paints a slab of them.
+/// One thread's worker. From its first layer on it holds scratch memory of one layer, and of what paints a slab.
 class LayerSlicer {
  public:
   /// `tiles_fit`: SlicerMemory::tiles_fit of the parts, or nothing. REQUIRES: PlacedParts. Throws Error{kCancelled}.
@@ -48,7 +48,8 @@ class LayerSlicer {
   struct Shared;
   struct State;
   explicit LayerSlicer(std::shared_ptr<const Shared> shared);
-  std::unique_ptr<State> state_;
+  std::shared_ptr<const Shared> shared_;
+  std::unique_ptr<State> state_;  // From the first layer on.
 };
 
 }  // namespace ccslice

@@ -55,7 +55,9 @@ struct PartPainter::State {
         tracer(*shared->solid, shared->contour_index),
         planes(job, shared->solid->summary()),
         sources(used_sources(job), planes.specs(), job.placement) {
-    if (shared->halftone) halftone.emplace(*shared->halftone);
+    const LayerWindow most = common_window(window_of_solid(shared->solid->summary(), job), scope.window);
+    planes.reserve(most);
+    if (shared->halftone) halftone.emplace(*shared->halftone, std::size_t{most.columns} * most.rows);
     if (!planes.need_solid()) return;
     field = make_material_field(shared->solid, job.placement, outside_mm_of(job));
     if (job.channel_tolerance == 0) {
@@ -138,7 +140,7 @@ struct PartPainter::State {
   }
 
   WindowOutcome evaluate_channels(std::uint32_t layer, PaintedPart& part, const CancellationToken& cancel) {
-    planes.clear(part.window, cancel);
+    planes.start(part.window, cancel);
     const double z_mm = job.grid.layer_z_mm(layer);
     const bool is_whole = scope.window == window_of(lattice);
     const LayerTarget target{lattice, z_mm, planes.channels(), part.stats, cancel, part.window, scope.region, is_whole};

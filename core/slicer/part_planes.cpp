@@ -98,8 +98,19 @@ PartPlanes::PartPlanes(const SliceJob& job, const SolidSummary& solid)
   }
 }
 
+void PartPlanes::reserve(const LayerWindow& window) {
+  for (ContonePlane& plane : contone_) plane.reserve(std::size_t{window.columns} * window.rows);
+}
+
 void PartPlanes::clear(const LayerWindow& window, const CancellationToken& cancel) {
   for (ContonePlane& plane : contone_) plane.clear(window.columns, window.rows, cancel);
+}
+
+void PartPlanes::start(const LayerWindow& window, const CancellationToken& cancel) {
+  for (std::size_t p = 0; p < contone_.size(); ++p) {
+    p < shown_ ? contone_[p].clear(window.columns, window.rows, cancel)
+               : contone_[p].resize(window.columns, window.rows, cancel);
+  }
 }
 
 }  // namespace ccslice

@@ -56,8 +56,12 @@ class PartPlanes {
     return std::ranges::any_of(contone_, [](const ContonePlane& plane) { return plane.channel().has_value(); });
   }
 
+  /// Room for windows of this size.
+  void reserve(const LayerWindow& window);
   /// All samples as outside. Throws Error{kCancelled}.
   void clear(const LayerWindow& window, const CancellationToken& cancel);
+  /// The same of samples that are shown. Others may be anything: of them only those inside are read.
+  void start(const LayerWindow& window, const CancellationToken& cancel);
 
  private:
   std::vector<PlaneSpec> specs_;

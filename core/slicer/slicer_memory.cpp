@@ -9,7 +9,6 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
-#include <random>
 #include <span>
 #include <utility>
 #include <variant>
@@ -19,7 +18,6 @@
 #include "core/channel/channel_table.h"
 #include "core/contour/contour.h"
 #include "core/contour/surface_tree.h"
-#include "core/interpolation/pieces/cell_fitter.h"
 #include "core/interpolation/pieces/slab_pieces.h"
 #include "core/interpolation/samples/small_cells.h"
 #include "core/interpolation/samples/voxel_blocks.h"
@@ -27,9 +25,11 @@
 #include "core/interpolation/tiles/tile_trials.h"
 #include "core/limit/boundary_surface.h"
 #include "core/limit/cell_index.h"
+#include "core/limit/limit_evaluator.h"
 #include "core/output/encode.h"
 #include "core/output/encodings.h"
 #include "core/slicer/channel_tolerances.h"
+#include "core/slicer/cut_estimates.h"
 #include "core/slicer/layer_scope.h"
 #include "core/slicer/part_planes.h"
 
@@ -43,20 +43,17 @@ constexpr double kGrowth = 2, kGrowthOfPieces = 1.5;
 
 // What codecs, inverters and fitters keep at most, whatever the job.
 constexpr double kCodecs = 4 * kMiB;
-constexpr double kPatchesOfInverter = 11 * kMiB, kPatchesOfFitters = 22 * kMiB;
 constexpr double kPartsOfInverter = 5 * kMiB;  // Where the solid folds, or parts of it overlap.
-constexpr double kLines = 2 * 8 * kMiB, kLinesOfCell = 5.4 * 1024;
+constexpr double kLines = 8 * kMiB, kLinesOfCell = 5.4 * 1024;
 constexpr double kPiecesOfJob = 48 * kMiB, kStencilsOfJob = 2 * 16 * kMiB, kStencilsOfCell = 10.8 * 1024;
 
 // Of contours: points are there as crossings, between them, and in loops.
-constexpr double kCopiesOfPoints = 3, kFewestPoints = 4;
-constexpr double kNodesOfCutFace = 1.5, kMostNodesOfRegular = 6, kMostNodesOfIrregular = 96;
+constexpr double kCopiesOfPoints = 3;
 constexpr double kNodeBytes = sizeof(SurfaceNode) + sizeof(BezierNet) + 160;  // With vertices and marks.
 
 // How finely cells are cut is found out for some of them: others may be cut more finely.
-constexpr std::size_t kDescents = 24;
 constexpr double kFiner = 1.25, kVoxelsOfTile = 128;
-constexpr double kRunBytes = sizeof(ScannedRun) + sizeof(PieceRun) + sizeof(VoxelRun);  // Scanned, painted, unpainted.
+constexpr double kRunBytes = sizeof(ScannedRun) + sizeof(PieceRun);  // Scanned and painted.
 
 /// What there is in a layer, or in a slab: the largest sum over intervals that overlap.
 class IntervalSums {
@@ -123,11 +120,12 @@ double source_bytes(const SliceJob& job) {
 
 /// What planes and rows meet of the boundary.
 struct Boundary {
-  double faces = 0;   // In all,
-  double cut = 0;     // and at most by one plane.
-  double nodes = 0;   // That its faces can be halved into, at most.
-  double points = 0;  // Of its contours.
-  double rows = 0;    // Of all its faces that are cut, one after the other.
+  double faces = 0;      // In all.
+  double nodes = 0;      // That its faces are halved into for all planes,
+  double visited = 0;    // and those that one plane visits, at most.
+  double points = 0;     // Of its contours.
+  double rows = 0;       // Of all its faces that are cut, one after the other,
+  double crossings = 0;  // and those of them that contours cross.
 };
 
 Boundary boundary_of(const LimitSolid& solid, const SliceJob& job, const LayerScope& scope,
@@ -135,85 +133,65 @@ Boundary boundary_of(const LimitSolid& solid, const SliceJob& job, const LayerSc
   const BoundarySurface surface(solid);
   const Placement voxel_of = voxel_of_mesh(job.placement, job.grid);
   const VoxelBox region = region_of(job);
-  double nodes = 0;
-  IntervalSums cut(region.extent.layers), points(region.extent.layers), rows(region.extent.layers);
+  struct CutFace {
+    double low, high, rows;
+  };
+  std::array<std::vector<BoundaryFaceId>, 2> faces;  // Regular ones, others: that the region's layers may meet,
+  std::array<std::vector<CutFace>, 2> cut_faces;     // and what is met of them.
   PeriodicPoll poll(cancel);
-  const IdRange<BoundaryFaceId> faces(surface.faces_and_interfaces().size());
-  const double scale = job.placement.linear().norm();
-  for (const BoundaryFaceId face : faces) {
+  for (const BoundaryFaceId face : IdRange<BoundaryFaceId>(surface.faces_and_interfaces().size())) {
     poll();
-    const Box3& hull = surface.hull_box(face);
-    const Box3 voxels = hull.transformed(voxel_of);
+    const Box3 voxels = surface.hull_box(face).transformed(voxel_of);
     const double low = std::floor(voxels.min().z() - region.first_layer) - 1;
     const double high = std::ceil(voxels.max().z() - region.first_layer) + 1;
-    cut.add(low, high, 1);
-    nodes += surface.faces_and_interfaces()[face].regular ? kMostNodesOfRegular : kMostNodesOfIrregular;
-    points.add(low, high, kFewestPoints + std::sqrt(hull.diagonal().norm() * scale / (4 * job.contour_tolerance_mm)));
+    if (high < 0 || low >= region.extent.layers) continue;
     const double first_row = std::max<double>(voxels.min().y(), scope.rows.begin);
     const double end_row = std::min<double>(voxels.max().y(), scope.rows.end);
-    rows.add(low, high, std::max(0.0, end_row - first_row) + 1);
+    const std::size_t kind = surface.faces_and_interfaces()[face].regular ? 0 : 1;
+    faces[kind].push_back(face);
+    cut_faces[kind].push_back({low, high, std::max(0.0, end_row - first_row) + 1});
   }
-  return {static_cast<double>(faces.size()), cut.most(), nodes, points.most(), rows.most()};
+  IntervalSums visited(region.extent.layers), points(region.extent.layers), rows(region.extent.layers),
+      crossings(region.extent.layers);
+  double nodes = 0;
+  CutFaces cutter(solid, job);
+  for (std::size_t kind = 0; kind < faces.size(); ++kind) {
+    const CutFaces::Cut cut = cutter.cut(faces[kind], cancel);
+    nodes += kFiner * cut.nodes * static_cast<double>(faces[kind].size());
+    for (const CutFace& face : cut_faces[kind]) {
+      visited.add(face.low, face.high, kFiner * cut.visited);
+      points.add(face.low, face.high, kFiner * cut.points);
+      rows.add(face.low, face.high, face.rows);
+      crossings.add(face.low, face.high, std::min(1.0, kFiner * cut.rows) * face.rows);
+    }
+  }
+  const double all = static_cast<double>(surface.faces_and_interfaces().size());
+  return {all, nodes, visited.most(), points.most(), rows.most(), crossings.most()};
 }
 
 /// `kept_layers`: those whose spans and contours are kept.
 double contour_bytes(const Boundary& boundary, const SliceJob& job, const LayerScope& scope, double kept_layers) {
-  const double visited = kNodesOfCutFace * boundary.cut;
-  const double nodes = std::min(std::max<double>(SurfaceTree::kKeptNodes, 8 * visited) + visited, boundary.nodes);
+  const double kept = std::max<double>(SurfaceTree::kKeptNodes, 8 * boundary.visited) + boundary.visited;
+  const double nodes = std::min(kept, boundary.nodes);
   const double loops = boundary.points * sizeof(ContourPoint);
   const double crossings =
-      std::min(boundary.rows, std::max<double>(1 << 20, 4 * boundary.points)) * sizeof(std::uint64_t);
+      std::min(boundary.crossings, std::max<double>(1 << 20, 4 * boundary.points)) * sizeof(std::uint64_t);
   const double row_begins = 8.0 * job.grid.extent.rows;
   const double rows = scope.rows.end - scope.rows.begin;
   const double spans =
-      std::min(boundary.rows / 2 + rows, rows * (job.grid.extent.columns / 2 + 1.0)) * sizeof(VoxelRun);
+      std::min(boundary.crossings / 2 + rows, rows * (job.grid.extent.columns / 2 + 1.0)) * sizeof(VoxelRun);
   const bool has_regions = shows_cell_regions(job) || (job.printing && !job.printing->cell_region_maps.empty());
-  const double kept = (has_regions ? 3 : 1) * spans + (job.contours ? loops : 0);
-  return kGrowth * (nodes * kNodeBytes + kCopiesOfPoints * loops + kept_layers * kept) + crossings + row_begins;
+  const double shapes = (has_regions ? 3 : 1) * spans + (job.contours ? loops : 0);
+  return kGrowth * (nodes * kNodeBytes + kCopiesOfPoints * loops + kept_layers * shapes) + crossings + row_begins;
 }
 
 /// What slabs meet of the cells.
 struct Cells {
   double pieces = 0;       // In the fullest slab.
   double all_pieces = 0;   // Of all slabs.
-  double runs = 0;         // Of pieces, in a layer of it.
+  double runs = 0;         // Of pieces, in it.
   double tile_voxels = 0;  // Of cells without pieces, in the fullest slab.
   bool tiles_fit = true;   // do_tiles_fit().
-};
-
-/// How many pieces and holes cells of one class are cut into on average: some of them are followed down their trees, to
-/// a child that chance picks each time, which stands for all children [Knuth 1975, Estimating the efficiency of
-/// backtrack programs].
-class CutCells {
- public:
-  CutCells(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec) : fitter_(solid, spec) {}
-
-  double leaves_of(std::span<const std::pair<LimitCellId, Box3>> cells, const CancellationToken& cancel) {
-    double leaves = 0;
-    for (std::size_t k = 0; k < kDescents && !cells.empty(); ++k) {
-      cancel.throw_if_cancelled();
-      const auto& [cell, box] = cells[cells.size() * k / kDescents];
-      leaves += descend(cell, box);
-    }
-    return leaves / kDescents;
-  }
-
- private:
-  double descend(LimitCellId cell, const Box3& box) {
-    std::vector<CellNode> nodes(1);
-    nodes[0].bounds = Box3(box.min() - Vec3::Ones(), box.max() + Vec3::Ones());
-    double leaves = 1;
-    for (std::uint32_t at = 0;;) {
-      fitter_.examine(cell, nodes, at);
-      const std::uint32_t children = nodes[at].end_child - nodes[at].first_child;
-      if (nodes[at].kind != CellNode::Kind::kHalved || children == 0) return leaves;
-      leaves *= children;
-      at = nodes[at].first_child + static_cast<std::uint32_t>(chance_() % children);
-    }
-  }
-
-  CellFitter fitter_;
-  std::minstd_rand chance_;
 };
 
 Cells cells_of(const std::shared_ptr<const LimitSolid>& shared_solid, const SliceJob& job, const LayerScope& scope,
@@ -244,13 +222,14 @@ Cells cells_of(const std::shared_ptr<const LimitSolid>& shared_solid, const Slic
   CutCells cutter(shared_solid, spec);
   double all_pieces = 0;
   for (const auto& cells : cut) {
-    const double leaves = kFiner * cutter.leaves_of(cells, cancel), each_way = std::cbrt(leaves);
+    const auto [cut_leaves, cut_runs] = cutter.cut(cells, cancel);
+    const double leaves = kFiner * cut_leaves, each_way = std::cbrt(leaves);
     all_pieces += leaves * static_cast<double>(cells.size());
     for (const auto& [cell, box] : cells) {
       const double first = std::floor(box.min().z() / kSlabLayers), last = std::floor(box.max().z() / kSlabLayers);
       const Vec3 size = box.sizes().cwiseMax(1);
       pieces.add(first, last, leaves * std::min(1.0, kSlabLayers / size.z() + 1 / each_way));
-      runs.add(first, last, each_way * size.y());
+      runs.add(first, last, cut_runs * size.y() * std::min<double>(size.z(), kSlabLayers));
     }
   }
   return {pieces.most(), all_pieces, runs.most(), tile_voxels.most(), tiles_fit};
@@ -269,6 +248,11 @@ double particle_bytes(double channels) {
   return TileParticles::kMost * (sizeof(TileParticle) + channels * sizeof(BlockValues));
 }
 
+/// Patches of an evaluator.
+double patches_of(const LimitSolid& solid, std::size_t most_bytes) {
+  return static_cast<double>(patch_cache_bytes(solid.summary().channels.size(), most_bytes));
+}
+
 /// What a PartPainter takes.
 SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& cancel) {
   const std::shared_ptr<const LimitSolid>& solid = part.solid;
@@ -283,7 +267,7 @@ SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& can
          slicer = source_bytes(job) +
                   painted_bytes(job, common_window(window_of_solid(solid->summary(), job), scope.window));
   slicer += contour_bytes(boundary, job, scope, interpolates ? kSlabLayers : 1);
-  if (channels > 0) slicer += kPatchesOfInverter;
+  if (channels > 0) slicer += patches_of(*solid, VoxelBlocks::kPatchBytes);  // Of the inverter.
   std::optional<bool> tiles_fit;
   const CellIndex& index = solid->index();
   if (channels > 0 && index.fold_boxes.size() + index.overlap_boxes.size() > 0) slicer += kPartsOfInverter;
@@ -291,12 +275,14 @@ SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& can
     const Cells cells = cells_of(solid, job, scope, cancel);
     tiles_fit = cells.tiles_fit;
     const double irregular = static_cast<double>(solid->cell_count() - solid->summary().regular_cells);
+    // The store keeps the pieces that were asked for last, so those of slabs at hand are among them, if they fit.
     const double all_piece_bytes = cells.all_pieces * piece_bytes(channels);
-    shared += std::min(kPiecesOfJob, all_piece_bytes) + std::min(kStencilsOfJob, irregular * kStencilsOfCell);
-    slicer += kPatchesOfFitters + std::min(kLines, irregular * kLinesOfCell);
-    slicer += cells.pieces * slab_piece_bytes(channels);
-    if (all_piece_bytes > kPiecesOfJob) slicer += cells.pieces * piece_bytes(channels);  // Forgotten by others.
-    slicer += kGrowthOfPieces * cells.runs * (kSlabLayers * kRunBytes + sizeof(ScannedRun));
+    const double slab_bytes = std::min(cells.pieces * piece_bytes(channels), all_piece_bytes);
+    shared += std::max(std::min(kPiecesOfJob, all_piece_bytes) - slab_bytes, 0.0);
+    shared += std::min(kStencilsOfJob, irregular * kStencilsOfCell);
+    slicer += patches_of(*solid, VoxelBlocks::kPatchBytes) + std::min(kLines, irregular * kLinesOfCell);
+    slicer += slab_bytes + cells.pieces * slab_piece_bytes(channels);
+    slicer += kGrowthOfPieces * cells.runs * (kRunBytes + sizeof(ScannedRun) / double{kSlabLayers});
     slicer += particle_bytes(channels);
     slicer += cells.tile_voxels / kVoxelsOfTile * (channels * sizeof(CubicPolynomial) + 256);
   }

@@ -5,9 +5,10 @@
 // contours, crossings and spans of its fullest layer, and the pieces, runs and tiles of its fullest slab, which follow
 // from where the solid's faces and cells are.
 //
-// The first are exact. How finely contours and materials have to be cut is known only when it is done: there the
-// estimate is above what was measured for the samples (tests/core/slicer/slicer_memory_test.cpp): 1.3 to 5 times, and
-// more where it is little; it is no bound. Nor is what a layer takes of which a region's voxels need the whole.
+// The first are exact. How finely contours and materials have to be cut is known only when it is done: a few cells and
+// faces are cut to tell it (slicer/cut_estimates.h). For the samples this is above what is held
+// (tests/core/slicer/slicer_memory_test.cpp): 1.2 to 2 times for whole jobs, and where it is little up to 32 MiB more.
+// It is no bound, and leaves out what a layer takes that has to be painted whole for a region's voxels.
 
 #pragma once
 

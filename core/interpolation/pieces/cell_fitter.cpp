@@ -63,14 +63,14 @@ unsigned largest_axes(const Vec3& numbers, double share) {
 }  // namespace
 
 CellFitter::CellFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
-                       std::shared_ptr<BlockStencils> stencils)
+                       std::shared_ptr<VoxelBlocks> blocks)
     : solid_(std::move(solid)),
       mesh_of_voxel_(voxel_of_mesh(spec.placement, spec.grid).inverse(Eigen::Affine)),
       pitch_mm_(spec.grid.pitch.x_mm, spec.grid.pitch.y_mm, spec.grid.pitch.z_mm),
       outside_mm_(spec.outside_mm),
       proved_(spec.proved),
       channels_(spec.channels),
-      blocks_(*solid_, spec, std::move(stencils)),
+      blocks_(blocks ? std::move(blocks) : std::make_shared<VoxelBlocks>(*solid_, spec)),
       surroundings_(solid_, spec) {}
 
 void CellFitter::examine(LimitCellId cell, std::vector<CellNode>& nodes, std::uint32_t node) {
@@ -85,7 +85,7 @@ void CellFitter::examine(LimitCellId cell, std::vector<CellNode>& nodes, std::ui
 
 /// Fills places_ and values_, and the points.
 void CellFitter::sample(LimitCellId cell, const ParamBox& box) {
-  blocks_.sample(cell, box, places_, values_);
+  blocks_->sample(cell, box, places_, values_);
   for (std::size_t n = 0; n < points_.size(); ++n) points_[n] = at_slot(places_, block_slot(n));
 }
 
@@ -150,8 +150,8 @@ unsigned CellFitter::leave(const BlockShape& shape, CellNode& node) const {
 }
 
 CellFitter::Between CellFitter::what_is_known_between(LimitCellId cell, const ParamBox& box) const {
-  if (blocks_.is_in_one_patch(cell, box)) return Between::kOnePatch;
-  const bool beside_line = proved_ ? blocks_.is_beside_line(cell, box) : solid_->cell_class(cell) == CellClass::kLine;
+  if (blocks_->is_in_one_patch(cell, box)) return Between::kOnePatch;
+  const bool beside_line = proved_ ? blocks_->is_beside_line(cell, box) : solid_->cell_class(cell) == CellClass::kLine;
   return beside_line ? Between::kResiduals : Between::kNothing;
 }
 
@@ -221,7 +221,7 @@ bool CellFitter::may_be_steep_near(const VoxelFrame& frame, double error) const 
 /// How far polynomials_ are off between the nodes along each axis, as shares of the tolerance. Overwrites places_ and
 /// values_. REQUIRES: they fit.
 Vec3 CellFitter::errors_between_nodes(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame) {
-  blocks_.sample_between_nodes(cell, box, places_, values_);
+  blocks_->sample_between_nodes(cell, box, places_, values_);
   enter_frame(frame, kGroupsBetweenNodes, places_);
   Vec3 errors = Vec3::Zero();
   for (std::size_t c = 0; c < channels_.size(); ++c) {
@@ -319,7 +319,7 @@ double CellFitter::fit(LimitCellId cell, const ParamBox& box, const VoxelFrame& 
 
 /// REQUIRES: a node beside a line, its places in the frame. False if it is too thin.
 bool CellFitter::place_residuals(LimitCellId cell, const ParamBox& box, const VoxelFrame& frame, double beyond) {
-  if (!blocks_.find_residuals(cell, box, residuals_)) return false;
+  if (!blocks_->find_residuals(cell, box, residuals_)) return false;
   residual_bound_.set_block(places_, residuals_, frame.scale.asDiagonal() * mesh_of_voxel_.linear().inverse());
   residual_growth_ = growth_beyond(beyond);
   return true;

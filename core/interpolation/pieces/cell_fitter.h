@@ -90,9 +90,9 @@ struct CellNode {
 /// One thread.
 class CellFitter {
  public:
-  /// `stencils`: of the solid, or its own. REQUIRES: all tolerances positive.
+  /// `blocks`: of the solid and the spec, or its own. REQUIRES: all tolerances positive.
   CellFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
-             std::shared_ptr<BlockStencils> stencils = nullptr);
+             std::shared_ptr<VoxelBlocks> blocks = nullptr);
 
   /// Makes the node a piece or a hole, or appends what it is halved into. REQUIRES: its kind is kUnknown; `nodes` are
   /// of this cell.
@@ -128,7 +128,7 @@ class CellFitter {
   const double outside_mm_;
   const bool proved_;
   const std::vector<ChannelTolerance> channels_;
-  VoxelBlocks blocks_;
+  std::shared_ptr<VoxelBlocks> blocks_;
   FaceSurroundings surroundings_;
 
   // The node at hand.

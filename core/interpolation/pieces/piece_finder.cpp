@@ -21,14 +21,15 @@ constexpr std::uint32_t kNodesPerPoll = 64;
 }  // namespace
 
 PieceFinder::PieceFinder(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
-                         std::shared_ptr<CellNodeStore> store, const RowRange& rows)
+                         std::shared_ptr<CellNodeStore> store, const RowRange& rows,
+                         std::shared_ptr<VoxelBlocks> blocks)
     : solid_(std::move(solid)),
       grid_(spec.grid),
       rows_(rows),
       voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
       mesh_of_voxel_(voxel_of_mesh_.inverse(Eigen::Affine)),
       store_(std::move(store)),
-      fitter_(solid_, spec, store_->stencils_of(*solid_)) {}
+      fitter_(solid_, spec, std::move(blocks)) {}
 
 void PieceFinder::find(std::uint32_t layer, SlabPieces& pieces, const CancellationToken& cancel) {
   if (pieces.is_found(layer)) return;

@@ -29,9 +29,10 @@ namespace ccslice {
 class PieceFinder {
  public:
   /// `store`: of workers on the same solid and spec only. `rows`: those where pieces and holes have to be complete.
-  /// REQUIRES: all tolerances positive.
+  /// `blocks`: of the solid and the spec, or its own. REQUIRES: all tolerances positive.
   PieceFinder(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
-              std::shared_ptr<CellNodeStore> store, const RowRange& rows = {});
+              std::shared_ptr<CellNodeStore> store, const RowRange& rows = {},
+              std::shared_ptr<VoxelBlocks> blocks = nullptr);
 
   /// Finds what meets a layer of the slab, unless that is known. What was found for others stays. REQUIRES: pieces are
   /// of the same solid and spec, and their slab is started. Throws Error{kCancelled}.

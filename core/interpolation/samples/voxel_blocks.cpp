@@ -11,8 +11,6 @@
 namespace ccslice {
 namespace {
 
-constexpr std::size_t kPatchCacheBytes = 8 << 20;
-
 std::vector<std::uint32_t> channel_ids(std::span<const ChannelTolerance> channels) {
   std::vector<std::uint32_t> ids;
   for (const ChannelTolerance& channel : channels) ids.push_back(channel.channel);
@@ -44,7 +42,7 @@ Box3 grown(const Box3& voxels, double share) {
 VoxelBlocks::VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec,
                          std::shared_ptr<BlockStencils> stencils)
     : voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
-      evaluator_(std::make_unique<LimitEvaluator>(solid, kPatchCacheBytes)),
+      evaluator_(std::make_unique<LimitEvaluator>(solid, kPatchBytes)),
       sampler_(*evaluator_, channel_ids(spec.channels), std::move(stencils)),
       brick_sampler_(solid, channel_ids(spec.channels)),
       residuals_(solid.data(), channel_ids(spec.channels)) {}

@@ -35,6 +35,8 @@ Box3 grown(const Box3& voxels, double share);
 /// One thread.
 class VoxelBlocks {
  public:
+  static constexpr std::size_t kPatchBytes = 8 << 20;  // Of its evaluator's patches, at most.
+
   /// `stencils`: of the solid, or its own.
   VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec,
               std::shared_ptr<BlockStencils> stencils = nullptr);

@@ -37,13 +37,13 @@ std::span<const std::size_t> slots_to_fit(std::size_t particles) {
 }  // namespace
 
 TileFitter::TileFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
-                       std::shared_ptr<BlockStencils> stencils)
+                       std::shared_ptr<VoxelBlocks> blocks)
     : solid_(std::move(solid)),
       pitch_mm_(spec.grid.pitch.x_mm, spec.grid.pitch.y_mm, spec.grid.pitch.z_mm),
       outside_mm_(spec.outside_mm),
       proved_(spec.proved),
       channels_(spec.channels),
-      particles_(solid_, spec, std::move(stencils)) {}
+      particles_(solid_, spec, std::move(blocks)) {}
 
 TileFitter::Outcome TileFitter::fit(const TileParticles::Range& range, const Box3& box, std::uint64_t voxels) {
   if (!range.known) return Outcome::kHalve;

@@ -32,9 +32,9 @@ namespace ccslice {
 /// One thread.
 class TileFitter {
  public:
-  /// `stencils`: of the solid, or its own. REQUIRES: all tolerances positive.
+  /// `blocks`: of the solid and the spec, or its own. REQUIRES: all tolerances positive.
   TileFitter(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
-             std::shared_ptr<BlockStencils> stencils = nullptr);
+             std::shared_ptr<VoxelBlocks> blocks = nullptr);
 
   TileParticles& particles() { return particles_; }
 

@@ -35,13 +35,13 @@ Box3 TileParticle::box_around(const Box3& samples) const {
 }
 
 TileParticles::TileParticles(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
-                             std::shared_ptr<BlockStencils> stencils)
+                             std::shared_ptr<VoxelBlocks> blocks)
     : solid_(std::move(solid)),
       mesh_of_voxel_(voxel_of_mesh(spec.placement, spec.grid).inverse(Eigen::Affine)),
       pitch_mm_(spec.grid.pitch.x_mm, spec.grid.pitch.y_mm, spec.grid.pitch.z_mm),
       outside_voxels_(spec.outside_mm * pitch_mm_.cwiseInverse()),
       channels_(spec.channels),
-      blocks_(*solid_, spec, std::move(stencils)) {}
+      blocks_(blocks ? std::move(blocks) : std::make_shared<VoxelBlocks>(*solid_, spec)) {}
 
 Box3 TileParticles::reached(const Box3& box) const {
   return Box3(box.min() - outside_voxels_, box.max() + outside_voxels_);
@@ -159,11 +159,11 @@ std::uint32_t TileParticles::add_particle(const TileParticle& like, const ParamB
 void TileParticles::sample(TileParticle& particle) {
   if (particle.brick != kNone) {
     particle.one_patch = true;
-    blocks_.sample(solid_->bricks()[particle.brick], particle.parameters, particle.places, particle.values,
-                   particle.residuals);
+    blocks_->sample(solid_->bricks()[particle.brick], particle.parameters, particle.places, particle.values,
+                    particle.residuals);
   } else {
-    particle.one_patch = blocks_.is_in_one_patch(particle.cell, particle.parameters);
-    blocks_.sample(particle.cell, particle.parameters, particle.places, particle.values);
+    particle.one_patch = blocks_->is_in_one_patch(particle.cell, particle.parameters);
+    blocks_->sample(particle.cell, particle.parameters, particle.places, particle.values);
     particle.residuals.position.setZero();
     particle.residuals.bulge.setZero();
   }

@@ -49,9 +49,9 @@ class TileParticles {
  public:
   static constexpr std::size_t kMost = 2048;
 
-  /// `stencils`: of the solid, or its own.
+  /// `blocks`: of the solid and the spec, or its own.
   TileParticles(std::shared_ptr<const LimitSolid> solid, const InterpolationSpec& spec,
-                std::shared_ptr<BlockStencils> stencils = nullptr);
+                std::shared_ptr<VoxelBlocks> blocks = nullptr);
 
   /// The particles of a box, or none if they aren't known.
   struct Range {
@@ -94,7 +94,7 @@ class TileParticles {
   const Placement mesh_of_voxel_;
   const Vec3 pitch_mm_, outside_voxels_;
   const std::vector<ChannelTolerance> channels_;
-  VoxelBlocks blocks_;
+  std::shared_ptr<VoxelBlocks> blocks_;
   std::vector<std::unique_ptr<TileParticle>> pool_;  // The first ones, `used_` of them, are in use.
   std::size_t used_ = 0;
   std::unordered_map<std::uint32_t, std::uint32_t> of_units_;  // The particle that is all of a cell or brick.

@@ -16,8 +16,8 @@ constexpr std::size_t kTrialParticles = 64;   // Where no fit is known to pay, b
 }  // namespace
 
 TileTreeBuilder::TileTreeBuilder(std::shared_ptr<const LimitSolid> solid, const MaterialField& field,
-                                 const InterpolationSpec& spec, bool promising, std::shared_ptr<BlockStencils> stencils)
-    : field_(&field), grid_(spec.grid), promising_(promising), fitter_(std::move(solid), spec, std::move(stencils)) {}
+                                 const InterpolationSpec& spec, bool promising, std::shared_ptr<VoxelBlocks> blocks)
+    : field_(&field), grid_(spec.grid), promising_(promising), fitter_(std::move(solid), spec, std::move(blocks)) {}
 
 void TileTreeBuilder::build(std::uint32_t first_layer, std::span<const std::span<const VoxelRun>> layers,
                             const CancellationToken& cancel, TileTree& tree) {

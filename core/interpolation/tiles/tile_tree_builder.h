@@ -30,10 +30,11 @@ namespace ccslice {
 /// One thread.
 class TileTreeBuilder {
  public:
-  /// `promising`: tiles are likely to fit (do_tiles_fit()). `stencils`: of the solid, or its own. REQUIRES: field
-  /// outlives this and is of the solid and of the spec's placement and outside_mm; all tolerances positive.
+  /// `promising`: tiles are likely to fit (do_tiles_fit()). `blocks`: of the solid and the spec, or its own.
+  /// REQUIRES: field outlives this and is of the solid and of the spec's placement and outside_mm; all tolerances
+  /// positive.
   TileTreeBuilder(std::shared_ptr<const LimitSolid> solid, const MaterialField& field, const InterpolationSpec& spec,
-                  bool promising, std::shared_ptr<BlockStencils> stencils = nullptr);
+                  bool promising, std::shared_ptr<VoxelBlocks> blocks = nullptr);
 
   /// Makes the tree of the slab of layers [first_layer, first_layer + layers.size()), for these runs of each, by row,
   /// then by column. REQUIRES: the tree is of the spec's grid and channels. Throws Error{kCancelled}.

@@ -67,8 +67,8 @@ void expect_enough(const std::string& what, const PlacedParts& parts) {
   const std::uint32_t middle = job.grid.extent.layers / 2, end = std::min(middle + 20, job.grid.extent.layers);
   for (std::uint32_t layer = middle - std::min(middle, 20u); layer < end; ++layer) (void)slicer.slice(layer, {});
   EXPECT_LE(held.most_bytes(), told.shared_bytes + told.slicer_bytes) << what;
-  const std::uint64_t little = parts.size() * (96u << 20);
-  EXPECT_LE(told.shared_bytes + told.slicer_bytes, 4 * held.most_bytes() + little) << what;
+  const std::uint64_t little = parts.size() * (32u << 20);
+  EXPECT_LE(told.shared_bytes + told.slicer_bytes, 3 * held.most_bytes() + little) << what;
 }
 
 void expect_enough(const std::string& what, const Solid& solid, const SliceJob& job) {
