@@ -86,6 +86,23 @@ std::uint32_t adler32_of_bytes(std::uint32_t adler, std::span<const std::uint8_t
   return sum.value();
 }
 
+/// All S_i are S and all W_i W: their sums are n S, c S n (n - 1) / 2 and n W.
+std::uint32_t adler32_of_repeats(std::uint32_t adler, std::span<const std::uint8_t> bytes, std::uint64_t count) {
+  Adler sum(adler);
+  std::uint64_t once = 0, weighted = 0;
+  for (std::size_t k = 0; k < bytes.size(); ++k) {
+    once += bytes[k];
+    weighted += (bytes.size() - k) * bytes[k];
+  }
+  constexpr std::uint64_t kMost = 1 << 20;  // No product below overflows.
+  for (std::uint64_t left = count; left > 0;) {
+    const std::uint64_t n = std::min(left, kMost);
+    sum.add(bytes.size(), n, {once * n, once * (n * (n - 1) / 2 % kModulus)}, weighted * n);
+    left -= n;
+  }
+  return sum.value();
+}
+
 ColourAdler32::ColourAdler32(std::span<const std::array<std::uint8_t, 4>> palette) {
   for (std::size_t i = 0; i < palette.size(); ++i) {
     const auto& [red, green, blue, alpha] = palette[i];

@@ -20,6 +20,9 @@ namespace ccslice {
 /// Goes on with some bytes. Begins with 1.
 std::uint32_t adler32_of_bytes(std::uint32_t adler, std::span<const std::uint8_t> bytes);
 
+/// Goes on with `count` times the same bytes, of up to 4.
+std::uint32_t adler32_of_repeats(std::uint32_t adler, std::span<const std::uint8_t> bytes, std::uint64_t count);
+
 /// Goes on with the colours that some indices stand for, of up to 16, without spelling them out.
 class ColourAdler32 {
  public:

@@ -10,6 +10,7 @@
 
 #include "core/output/adler32.h"
 #include "core/output/deflate_block.h"
+#include "core/output/huffman.h"
 
 namespace ccslice {
 namespace {
@@ -99,7 +100,10 @@ struct ZlibStream::State {
   std::uint32_t adler = 1;
 
   void start();
+  void forget_units();
+  void make_room(std::size_t bytes);
   void compress_block(bool last);
+  void write_equal_rows(std::uint64_t rows, const UnitBytes& unit, std::uint64_t rest);
   void add_to_checksum();
   void match_bytes();
   void match_colours();
@@ -111,11 +115,15 @@ ZlibStream::~ZlibStream() = default;
 ZlibStream::ZlibStream(ZlibStream&&) noexcept = default;
 ZlibStream& ZlibStream::operator=(ZlibStream&&) noexcept = default;
 
-void ZlibStream::State::start() {
-  units.resize(kWindowBytes + kBlockUnits + kSlackUnits);
+void ZlibStream::State::forget_units() {
   long_places.assign(std::size_t{1} << kHashBits, 0);
   short_places.assign(std::size_t{1} << kHashBits, 0);
   window = size = 0;
+}
+
+void ZlibStream::State::start() {
+  units.resize(kWindowBytes + kBlockUnits + kSlackUnits);
+  forget_units();
   first_row = base = kWindowBytes + 1;
   adler = 1;
   out.resize(std::max<std::size_t>(out.size(), 2));
@@ -152,6 +160,28 @@ void ZlibStream::append(std::span<const std::uint8_t> units) {
   }
 }
 
+void ZlibStream::append_equal_rows(std::uint64_t rows, std::size_t row_units, std::uint8_t unit) {
+  State& state = *state_;
+  if (state.size > state.window) state.compress_block(false);
+  constexpr std::uint8_t kZero[] = {0};
+  const UnitBytes& bytes = state.table[unit];
+  const std::span<const std::uint8_t> unit_bytes = std::span(bytes.bytes).first(bytes.count);
+  if (std::ranges::all_of(unit_bytes, [](std::uint8_t byte) { return byte == 0; })) {
+    // The rows are one run.
+    const std::uint64_t count = rows * (1 + bytes.count * (row_units - 1));
+    state.write_equal_rows(1, {{0}, 1}, count - 2);
+    state.adler = adler32_of_repeats(state.adler, kZero, count);
+  } else {
+    state.write_equal_rows(rows, bytes, bytes.count * (row_units - 2));
+    for (std::uint64_t row = 0; row < rows; ++row) {
+      state.adler = adler32_of_bytes(state.adler, kZero);
+      state.adler = adler32_of_repeats(state.adler, unit_bytes, row_units - 1);
+    }
+  }
+  state.base += state.size + rows * row_units;
+  state.forget_units();
+}
+
 std::vector<std::uint8_t> ZlibStream::finish() {
   State& state = *state_;
   state.compress_block(true);
@@ -182,6 +212,69 @@ void ZlibStream::State::add_to_checksum() {
   }
 }
 
+/// For so many bytes more, and what ends the stream.
+void ZlibStream::State::make_room(std::size_t bytes) {
+  const std::size_t room = written + bytes + kTrailerBytes;
+  if (out.size() < room) out.resize(2 * room);
+  writer.move_to(out.data() + written);
+}
+
+/// A block of its own. Each row is a zero, `unit`, and `rest` bytes that repeat it: matches of 258 bytes at its own
+/// distance, whose codes have one bit each for the length and the distance if there are many, then what is left.
+void ZlibStream::State::write_equal_rows(std::uint64_t rows, const UnitBytes& unit, std::uint64_t rest) {
+  constexpr unsigned kLongest = 285, kShortestMatch = 3, kBitsTogether = 48;
+  const std::uint64_t matches = rest / kLongestMatch;
+  const auto left = static_cast<unsigned>(rest % kLongestMatch);
+  const bool is_matched = left >= kShortestMatch;
+  const SymbolAndExtra last = length_symbol(is_matched ? left : kShortestMatch);
+  std::array<std::uint32_t, 286> literal_counts{};
+  std::array<std::uint32_t, 30> distance_counts{};
+  literal_counts[0] = literal_counts[kEndOfBlock] = 1;
+  for (std::size_t k = 0; k < unit.count; ++k) ++literal_counts[unit.bytes[k]];
+  const auto byte_left = [&](unsigned k) { return unit.bytes[(rest - left + k) % unit.count]; };
+  for (unsigned k = 0; !is_matched && k < left; ++k) ++literal_counts[byte_left(k)];
+  if (is_matched) ++literal_counts[last.symbol];
+  literal_counts[kLongest] += static_cast<std::uint32_t>(std::min<std::uint64_t>(matches, kBlockUnits));
+  distance_counts[unit.count - 1u] = 1;
+  std::array<HuffmanCode, 286> literals{};
+  std::array<HuffmanCode, 30> distances{};
+  make_huffman_codes(literal_counts, kLongestCode, literals);
+  make_huffman_codes(distance_counts, kLongestCode, distances);
+  const HuffmanCode distance = distances[unit.count - 1u];
+  const auto put = [&](std::uint64_t bits, unsigned count) {
+    writer.put(bits, count);
+    writer.flush();
+  };
+  const unsigned match_bits = literals[kLongest].length + distance.length;
+  const std::uint64_t match = literals[kLongest].bits | std::uint64_t{distance.bits} << literals[kLongest].length;
+  const unsigned together = matches > 0 ? kBitsTogether / match_bits : 1;
+  std::uint64_t many = 0;  // `together` matches.
+  for (unsigned k = 0; k < together; ++k) many |= match << k * match_bits;
+  constexpr std::uint64_t kMostBitsOfOthers = 8 * kLongestCode + 5;  // Two literals more, five at the end, and a match.
+  const std::uint64_t row_bits = matches * match_bits + kMostBitsOfOthers + (unit.count + left % 3) * kLongestCode;
+  make_room(static_cast<std::size_t>(rows * row_bits / 8) + DeflateBlock::largest(0));
+  DynamicBlockHead(literals, distances).write(false, writer);
+  for (std::uint64_t row = 0; row < rows; ++row) {
+    put(literals[0].bits, literals[0].length);
+    for (std::size_t k = 0; k < unit.count; ++k) put(literals[unit.bytes[k]].bits, literals[unit.bytes[k]].length);
+    std::uint64_t to_do = matches;
+    for (; to_do >= together; to_do -= together) put(many, together * match_bits);
+    for (; to_do > 0; --to_do) put(match, match_bits);
+    if (is_matched) {
+      put(literals[last.symbol].bits, literals[last.symbol].length);
+      put(last.value, last.bits);
+      put(distance.bits, distance.length);
+    } else {
+      for (unsigned k = 0; k < left; ++k) {
+        const HuffmanCode& code = literals[byte_left(k)];
+        put(code.bits, code.length);
+      }
+    }
+  }
+  put(literals[kEndOfBlock].bits, literals[kEndOfBlock].length);
+  written = static_cast<std::size_t>(writer.at() - out.data());
+}
+
 void ZlibStream::State::compress_block(bool last) {
   if (row_units == 0) {
     match_bytes();
@@ -190,9 +283,7 @@ void ZlibStream::State::compress_block(bool last) {
   }
   add_to_checksum();
   const std::size_t unit_bytes = row_units == 0 ? 1 : sizeof(Colour);
-  const std::size_t room = written + DeflateBlock::largest(unit_bytes * (size - window)) + kTrailerBytes;
-  if (out.size() < room) out.resize(2 * room);
-  writer.move_to(out.data() + written);
+  make_room(DeflateBlock::largest(unit_bytes * (size - window)));
   block.write({units.data() + window, size - window}, table, last, writer);
   written = static_cast<std::size_t>(writer.at() - out.data());
   const std::size_t kept = std::min(size, kWindowBytes);
@@ -250,7 +341,9 @@ void ZlibStream::State::match_colours() {
     separators.move_to(at);
     block.add(at - literals_begin, count, 4 * count - 3 * separators.ahead(count),
               4 * distance - 3 * separators.behind(distance));
-    for (std::size_t inner = at + 4; inner < at + count && inner + kLongKey <= size; inner += 4) remember(inner);
+    // Within a run of one unit all places begin alike, and the last one is what is remembered.
+    const std::size_t alike = distance == 1 && count >= kLongKey + 4 ? (count - kLongKey) / 4 * 4 : 4;
+    for (std::size_t inner = at + alike; inner < at + count && inner + kLongKey <= size; inner += 4) remember(inner);
     at += count;
     if (at + kLongKey <= size) remember(at - 1);
     literals_begin = at;

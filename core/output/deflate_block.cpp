@@ -11,24 +11,7 @@
 namespace ccslice {
 namespace {
 
-constexpr unsigned kEndOfBlock = 256;
-
-/// A symbol and the bits that follow it.
-struct Extra {
-  unsigned symbol;
-  unsigned bits;
-  unsigned value;
-};
-
-Extra length_symbol(unsigned length) {
-  const unsigned rest = length - 3;
-  if (rest < 8) return {257 + rest, 0, 0};
-  if (length == DeflateBlock::kLongestMatch) return {285, 0, 0};
-  const unsigned bits = static_cast<unsigned>(std::bit_width(rest)) - 3;
-  return {257 + 4 * (bits + 1) + (rest >> bits & 3), bits, rest & ((1u << bits) - 1)};
-}
-
-Extra distance_symbol(unsigned distance_minus_1) {
+SymbolAndExtra distance_symbol(unsigned distance_minus_1) {
   if (distance_minus_1 < 4) return {distance_minus_1, 0, 0};
   const unsigned bits = static_cast<unsigned>(std::bit_width(distance_minus_1)) - 2;
   return {2 * (bits + 1) + (distance_minus_1 >> bits & 1), bits, distance_minus_1 & ((1u << bits) - 1)};
@@ -43,6 +26,14 @@ void write_stored(std::span<const std::uint8_t> bytes, bool last, BitWriter& out
 }
 
 }  // namespace
+
+SymbolAndExtra length_symbol(unsigned length) {
+  const unsigned rest = length - 3;
+  if (rest < 8) return {257 + rest, 0, 0};
+  if (length == DeflateBlock::kLongestMatch) return {285, 0, 0};
+  const unsigned bits = static_cast<unsigned>(std::bit_width(rest)) - 3;
+  return {257 + 4 * (bits + 1) + (rest >> bits & 3), bits, rest & ((1u << bits) - 1)};
+}
 
 void DeflateBlock::count_symbols(std::span<const std::uint8_t> units, const UnitTable& table) {
   literal_counts_.fill(0);
@@ -94,7 +85,7 @@ void DeflateBlock::prepare_bits(const UnitTable& table) {
     }
   }
   for (unsigned length = 3; length <= kLongestMatch; ++length) {
-    const Extra extra = length_symbol(length);
+    const SymbolAndExtra extra = length_symbol(length);
     const HuffmanCode code = literal_codes_[extra.symbol];
     length_bits_[length] = {code.bits | extra.value << code.length, code.length + extra.bits};
   }
@@ -123,7 +114,7 @@ void DeflateBlock::write_sequences(std::span<const std::uint8_t> units, BitWrite
     write_literals(units.subspan(at, sequence.literals), out);
     at += sequence.literals + sequence.match_units;
     if (sequence.length == 0) continue;
-    const Extra extra = distance_symbol(sequence.distance_minus_1);
+    const SymbolAndExtra extra = distance_symbol(sequence.distance_minus_1);
     const HuffmanCode code = distance_codes_[extra.symbol];
     out.put(length_bits_[sequence.length].bits, length_bits_[sequence.length].count);  // 20 bits at most,
     out.put(code.bits, code.length);                                                   // 15,
@@ -139,7 +130,7 @@ void DeflateBlock::write(std::span<const std::uint8_t> units, const UnitTable& t
   make_huffman_codes(distance_counts_, kLongestCode, distance_codes_);
   const DynamicBlockHead head(literal_codes_, distance_codes_);
   prepare_bits(table);
-  if (!one_byte_units_ || (head.bits() + coded_bits()) / 8 < units.size()) {
+  if (!one_byte_units_ || units.empty() || (head.bits() + coded_bits()) / 8 < units.size()) {
     head.write(last, out);
     write_sequences(units, out);
     out.put(literal_codes_[kEndOfBlock].bits, literal_codes_[kEndOfBlock].length);

@@ -23,6 +23,18 @@ struct UnitBytes {
 
 using UnitTable = std::array<UnitBytes, 256>;
 
+/// A symbol and the bits that follow it.
+struct SymbolAndExtra {
+  unsigned symbol;
+  unsigned bits;
+  unsigned value;
+};
+
+/// Of a match's length in bytes, 3 to DeflateBlock::kLongestMatch.
+SymbolAndExtra length_symbol(unsigned length);
+
+inline constexpr unsigned kEndOfBlock = 256;
+
 class DeflateBlock {
  public:
   static constexpr std::size_t kLongestMatch = 258;

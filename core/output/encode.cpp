@@ -4,6 +4,7 @@
 #include "core/output/encode.h"
 
 #include <libdeflate.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <bit>
@@ -40,6 +41,17 @@ void refuse(const std::optional<std::string_view>& obstacle) {
   if (obstacle) throw Error(ErrorCode::kEncodingUnsupported, std::string(*obstacle), "encoding");
 }
 
+/// Goes on with so many equal rows: with 1, 2, 4 ... of them, as many as the number's bits say.
+std::uint32_t crc32_of_rows(std::uint32_t crc, std::span<const std::uint8_t> row, std::uint32_t count) {
+  std::uint32_t of_rows = libdeflate_crc32(0, row.data(), row.size());
+  for (std::uint64_t bytes = row.size(); count > 0; count >>= 1, bytes *= 2) {
+    const auto length = static_cast<z_off_t>(bytes);
+    if (count & 1) crc = static_cast<std::uint32_t>(crc32_combine(crc, of_rows, length));
+    of_rows = static_cast<std::uint32_t>(crc32_combine(of_rows, of_rows, length));
+  }
+  return crc;
+}
+
 /// The CRC-32 of the whole picture, of which there is a window.
 std::uint32_t crc32_of_window(const SampleImage& image, const CancellationToken& cancel) {
   constexpr std::size_t kByte = 8;
@@ -51,18 +63,17 @@ std::uint32_t crc32_of_window(const SampleImage& image, const CancellationToken&
   const std::size_t period = std::max<std::size_t>(1, sample_bits / kByte);
   fill_samples(outside, std::span(image.outside).first(period));
   std::vector<std::uint8_t> row;
-  std::uint32_t crc = libdeflate_crc32(0, nullptr, 0);
-  for (std::uint32_t y = 0; y < image.height; ++y) {
+  const std::uint32_t first = window.columns > 0 ? window.first_row : image.height;
+  const std::uint32_t end = window.columns > 0 ? window.end_row() : image.height;
+  std::uint32_t crc = crc32_of_rows(libdeflate_crc32(0, nullptr, 0), outside, first);
+  for (std::uint32_t y = first; y < end; ++y) {
     if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
-    const bool is_held = window.columns > 0 && y >= window.first_row && y < window.end_row();
-    if (is_held) {
-      row = outside;
-      copy_bits(image.samples.data() + row_bytes * (y - window.first_row), 0, voxel_bits * window.columns, row.data(),
-                voxel_bits * window.first_column);
-    }
-    crc = libdeflate_crc32(crc, is_held ? row.data() : outside.data(), outside.size());
+    row = outside;
+    copy_bits(image.samples.data() + row_bytes * (y - window.first_row), 0, voxel_bits * window.columns, row.data(),
+              voxel_bits * window.first_column);
+    crc = libdeflate_crc32(crc, row.data(), row.size());
   }
-  return crc;
+  return crc32_of_rows(crc, outside, image.height - end);
 }
 
 /// `bytes_of`: makes the encoded bytes.

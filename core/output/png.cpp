@@ -11,7 +11,10 @@
 #include <limits>
 #include <optional>
 #include <string_view>
+#include <utility>
 
+#include "core/output/arrange.h"
+#include "core/output/encode.h"
 #include "core/output/pack_indices.h"
 #include "core/output/polling.h"
 
@@ -90,11 +93,69 @@ std::size_t png_row_bytes(const SampleImage& image) {
   return image.type == SampleType::kUint16 ? std::size_t{image.width} * 2 : image.width;
 }
 
-/// Row y as PNG's samples of 8 or 16 bits.
-void spread_row(const SampleImage& image, std::uint32_t y, std::span<std::uint8_t> out) {
-  const std::size_t row_bytes = image.samples.size() / image.height;
-  const std::uint8_t* const in = image.samples.data() + row_bytes * y;
-  switch (image.type) {
+/// Fewer bytes of equal rows are rows like others.
+constexpr std::uint64_t kFewestEqual = 1 << 16;
+
+/// Calls append_row(y) for rows in order, and append_equal(rows) for many rows outside the window together.
+/// `row_bytes`: of the file. `can_be_equal`: append_equal() can do what is outside.
+template <typename Image, typename AppendRow, typename AppendEqual>
+void append_all_rows(const Image& image, std::uint64_t row_bytes, bool can_be_equal, const CancellationToken& cancel,
+                     const AppendRow& append_row, const AppendEqual& append_equal) {
+  const LayerWindow window = image_window(image);
+  const bool has_window = window.columns > 0;
+  const std::uint32_t first = has_window ? window.first_row : image.height;
+  const std::uint32_t end = has_window ? window.end_row() : image.height;
+  const auto is_long = [&](std::uint32_t rows) { return can_be_equal && rows * row_bytes >= kFewestEqual; };
+  std::uint32_t y = 0, last = image.height;
+  if (is_long(first)) {
+    append_equal(first);
+    y = first;
+  }
+  if (is_long(image.height - end)) last = end;
+  for (; y < last; ++y) {
+    if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
+    append_row(y);
+  }
+  if (last < image.height) append_equal(image.height - last);
+}
+
+bool is_zero(const std::array<std::uint8_t, 4>& sample) {
+  return std::ranges::all_of(sample, [](std::uint8_t byte) { return byte == 0; });
+}
+
+/// Row y of the samples, as wide as the image: what is outside the window is in `row` from the start, and stays.
+class SampleRows {
+ public:
+  explicit SampleRows(const SampleImage& image)
+      : image_(image),
+        window_(image_window(image)),
+        voxel_bits_(sample_bytes(image.type, kByte, 1)),
+        window_bytes_(sample_bytes(image.type, window_.columns, 1)),
+        outside_(sample_bytes(image.type, image.width, 1)) {
+    fill_samples(outside_, std::span(image.outside).first(std::max<std::size_t>(1, voxel_bits_ / kByte)));
+  }
+
+  std::span<const std::uint8_t> operator()(std::uint32_t y) {
+    if (!image_.window) return image_.samples.subspan(window_bytes_ * y, window_bytes_);
+    if (window_.columns == 0 || y < window_.first_row || y >= window_.end_row()) return outside_;
+    row_ = outside_;
+    copy_bits(image_.samples.data() + window_bytes_ * (y - window_.first_row), 0, voxel_bits_ * window_.columns,
+              row_.data(), voxel_bits_ * window_.first_column);
+    return row_;
+  }
+
+ private:
+  static constexpr std::uint32_t kByte = 8;
+
+  const SampleImage& image_;
+  const LayerWindow window_;
+  const std::size_t voxel_bits_, window_bytes_;  // A row of the window.
+  std::vector<std::uint8_t> outside_, row_;
+};
+
+/// A row as PNG's samples of 8 or 16 bits.
+void spread_row(SampleType type, const std::uint8_t* in, std::span<std::uint8_t> out) {
+  switch (type) {
     case SampleType::kBit:
       for (std::size_t x = 0; x < out.size(); ++x) out[x] = in[x / 8] >> (7 - x % 8) & 1 ? 255 : 0;
       break;
@@ -143,34 +204,41 @@ std::optional<FewColours> few_colours(std::span<const std::uint8_t> rgba) {
 }  // namespace
 
 /// Rows as the differences to those above. spread(y, row) writes row y.
-template <typename Spread>
-void PngEncoder::append_rows(std::uint32_t rows, std::size_t row_bytes, const CancellationToken& cancel,
-                             Spread&& spread) {
+template <typename Image, typename Spread>
+void PngEncoder::append_rows(const Image& image, std::size_t row_bytes, bool zeros_outside,
+                             const CancellationToken& cancel, Spread&& spread) {
   above_.assign(row_bytes, 0);
   std::vector<std::uint8_t> here(row_bytes);
   row_.resize(1 + row_bytes);
   row_[0] = kFilterUp;
   stream_.start_bytes();
-  for (std::uint32_t y = 0; y < rows; ++y) {
-    if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
+  const auto append_row = [&](std::uint32_t y) {
     spread(y, std::span(here));
     for (std::size_t i = 0; i < row_bytes; ++i) row_[1 + i] = static_cast<std::uint8_t>(here[i] - above_[i]);
     stream_.append(row_);
     std::swap(here, above_);
-  }
+  };
+  // Rows of zeros are what they are, not differences.
+  static_assert(kFilterNone == 0);
+  append_all_rows(image, 1 + row_bytes, zeros_outside, cancel, append_row, [&](std::uint32_t rows) {
+    stream_.append_equal_rows(rows, 1 + row_bytes, 0);
+    std::ranges::fill(above_, std::uint8_t{0});
+  });
 }
 
 std::vector<std::uint8_t> PngEncoder::grey(const SampleImage& image, const CancellationToken& cancel) {
-  append_rows(image.height, png_row_bytes(image), cancel,
-              [&](std::uint32_t y, std::span<std::uint8_t> row) { spread_row(image, y, row); });
+  SampleRows rows(image);
+  append_rows(image, png_row_bytes(image), is_zero(image.outside), cancel,
+              [&](std::uint32_t y, std::span<std::uint8_t> row) { spread_row(image.type, rows(y).data(), row); });
   return end_file(begin_file(image, image.type == SampleType::kUint16 ? 16 : 8, kGrey), stream_.finish());
 }
 
 std::vector<std::uint8_t> PngEncoder::grey_alpha(const SampleImage& image, const CancellationToken& cancel) {
   const std::size_t grey_bytes = png_row_bytes(image), bytes = grey_bytes / image.width;
   std::vector<std::uint8_t> grey(grey_bytes);
-  append_rows(image.height, 2 * grey_bytes, cancel, [&](std::uint32_t y, std::span<std::uint8_t> row) {
-    spread_row(image, y, grey);
+  SampleRows rows(image);
+  append_rows(image, 2 * grey_bytes, is_zero(image.outside), cancel, [&](std::uint32_t y, std::span<std::uint8_t> row) {
+    spread_row(image.type, rows(y).data(), grey);
     const std::uint8_t* inside = image.inside.data() + image.inside.size() / image.height * y;
     for (std::size_t x = 0; x < image.width; ++x) {
       std::copy_n(&grey[bytes * x], bytes, &row[2 * bytes * x]);
@@ -182,13 +250,16 @@ std::vector<std::uint8_t> PngEncoder::grey_alpha(const SampleImage& image, const
 
 void PngEncoder::append_plain_rows(const SampleImage& image, const CancellationToken& cancel) {
   constexpr std::uint8_t kFilter[] = {kFilterNone};
-  const std::size_t row_bytes = image.samples.size() / image.height;
+  const std::size_t row_bytes = sample_bytes(image.type, image.width, 1);
+  SampleRows row(image);
   stream_.start_bytes();
-  for (std::uint32_t y = 0; y < image.height; ++y) {
-    if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
-    stream_.append(kFilter);
-    stream_.append(image.samples.subspan(row_bytes * y, row_bytes));
-  }
+  append_all_rows(
+      image, 1 + row_bytes, is_zero(image.outside), cancel,
+      [&](std::uint32_t y) {
+        stream_.append(kFilter);
+        stream_.append(row(y));
+      },
+      [&](std::uint32_t rows) { stream_.append_equal_rows(rows, 1 + row_bytes, 0); });
 }
 
 std::vector<std::uint8_t> PngEncoder::bitmap(const SampleImage& image, const CancellationToken& cancel) {
@@ -216,22 +287,33 @@ std::vector<std::uint8_t> PngEncoder::true_colours(std::uint32_t width, std::uin
                                                    std::span<const std::uint8_t> rgba,
                                                    const CancellationToken& cancel) {
   const std::size_t row_bytes = std::size_t{4} * width;
-  append_rows(height, row_bytes, cancel, [&](std::uint32_t y, std::span<std::uint8_t> row) {
+  const IndexImage image{width, height, {}, {}};
+  append_rows(image, row_bytes, false, cancel, [&](std::uint32_t y, std::span<std::uint8_t> row) {
     std::copy_n(&rgba[row_bytes * y], row_bytes, row.begin());
   });
-  return end_file(begin_file(IndexImage{width, height, {}, {}}, 8, kRgba), stream_.finish());
+  return end_file(begin_file(image, 8, kRgba), stream_.finish());
 }
 
 std::vector<std::uint8_t> PngEncoder::rgba(const IndexImage& image, const CancellationToken& cancel) {
   std::array<Colour, kMostRgbaColours> palette;
   std::ranges::transform(image.palette, palette.begin(), colour_of);
   constexpr std::uint8_t kFilter[] = {ZlibStream::kSeparator};
-  stream_.start_colours(std::span(palette).first(image.palette.size()), std::size_t{1} + image.width);
-  for (std::uint32_t y = 0; y < image.height; ++y) {
-    if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
-    stream_.append(kFilter);
-    stream_.append(image.indices.subspan(std::size_t{image.width} * y, image.width));
-  }
+  const std::size_t row_units = std::size_t{1} + image.width;
+  stream_.start_colours(std::span(palette).first(image.palette.size()), row_units);
+  const LayerWindow window = image_window(image);
+  const std::vector<std::uint8_t> background(image.width);
+  append_all_rows(
+      image, 1 + std::uint64_t{4} * image.width, true, cancel,
+      [&](std::uint32_t y) {
+        stream_.append(kFilter);
+        const bool is_held = window.columns > 0 && y >= window.first_row && y < window.end_row();
+        if (!is_held) return stream_.append(background);
+        const std::size_t row = std::size_t{window.columns} * (y - window.first_row);
+        stream_.append(std::span(background).first(window.first_column));
+        stream_.append(image.indices.subspan(row, window.columns));
+        stream_.append(std::span(background).subspan(window.first_column + window.columns));
+      },
+      [&](std::uint32_t rows) { stream_.append_equal_rows(rows, row_units, 0); });
   return end_file(begin_file(image, 8, kRgba), stream_.finish());
 }
 

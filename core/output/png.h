@@ -22,6 +22,7 @@ namespace ccslice {
 
 /// One thread's encoder: keeps scratch memory from picture to picture. All functions poll `cancel` every few rows and
 /// throw Error{kCancelled}.
+/// Images may be windows: rows outside that are zeros in the file cost next to nothing.
 class PngEncoder {
  public:
   static constexpr std::size_t kMostRgbaColours = ZlibStream::kMostColours;
@@ -47,8 +48,9 @@ class PngEncoder {
   std::vector<std::uint8_t> rgba(const IndexImage& image, const CancellationToken& cancel);
 
  private:
-  template <typename Spread>
-  void append_rows(std::uint32_t rows, std::size_t row_bytes, const CancellationToken& cancel, Spread&& spread);
+  template <typename Image, typename Spread>
+  void append_rows(const Image& image, std::size_t row_bytes, bool zeros_outside, const CancellationToken& cancel,
+                   Spread&& spread);
   void append_plain_rows(const SampleImage& image, const CancellationToken& cancel);
 
   ZlibStream stream_;

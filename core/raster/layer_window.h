@@ -43,6 +43,14 @@ inline LayerWindow common_window(const LayerWindow& a, const LayerWindow& b) {
           std::max(row, std::min(a.end_row(), b.end_row())) - row};
 }
 
+/// The smallest one that holds both; an empty one holds nothing.
+inline LayerWindow joint_window(const LayerWindow& a, const LayerWindow& b) {
+  if (a.columns == 0 || a.rows == 0) return b;
+  if (b.columns == 0 || b.rows == 0) return a;
+  const std::uint32_t column = std::min(a.first_column, b.first_column), row = std::min(a.first_row, b.first_row);
+  return {column, row, std::max(a.end_column(), b.end_column()) - column, std::max(a.end_row(), b.end_row()) - row};
+}
+
 /// The smallest one that holds all spans. `spans`: by row.
 inline LayerWindow window_of(std::span<const VoxelRun> spans) {
   if (spans.empty()) return {};

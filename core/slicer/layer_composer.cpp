@@ -64,7 +64,8 @@ LayerComposer::LayerComposer(const PlacedParts& parts)
   }
 }
 
-void LayerComposer::start(std::uint32_t layer) {
+void LayerComposer::start(std::uint32_t layer, const LayerWindow& window) {
+  window_ = common_window(window, region_);
   layer_ = {};
   layer_.index = layer;
   layer_.z_mm = job_.grid.layer_z_mm(layer);
@@ -118,15 +119,18 @@ void LayerComposer::add_stats(const PaintedPart& painted) {
 
 void LayerComposer::add_samples(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel) {
   if (part == order_.front()) {
-    for (ContonePlane& plane : channels_) plane.clear(region_.columns, region_.rows, cancel);
-    if (shows_materials(job_)) materials_.assign(std::size_t{region_.columns} * region_.rows, 0);
+    for (ContonePlane& plane : channels_) plane.clear(window_.columns, window_.rows, cancel);
+    if (shows_materials(job_)) {
+      materials_.clear();
+      materials_.resize(std::size_t{window_.columns} * window_.rows);
+    }
   }
   cancel.throw_if_cancelled();
   const auto owned = owners_.add(part, painted.shape->spans, [&](const OwnedRun& run) { note_covered(part, run); });
   for (const VoxelRun& run : owned) {
-    const VoxelRun kept = region_.clipped(run);
+    const VoxelRun kept = window_.clipped(run);
     if (kept.begin == kept.end) continue;
-    const std::size_t from = painted.window.index(kept.begin, kept.row), to = region_.index(kept.begin, kept.row);
+    const std::size_t from = painted.window.index(kept.begin, kept.row), to = window_.index(kept.begin, kept.row);
     const auto count = static_cast<std::uint32_t>(size_of(kept));
     for (std::size_t c = 0; c < channels_.size(); ++c) channels_[c].copy_run(painted.planes[c], from, to, count);
     if (shows_materials(job_)) std::memcpy(&materials_[to], &painted.materials.indices[from], count);
@@ -183,7 +187,7 @@ Layer LayerComposer::finish(const CancellationToken& cancel) {
   }
   count();
   inside_.assign(owners_.runs().begin(), owners_.runs().end());
-  layer_.planes = encode({region_, inside_, regions_, channels_, materials_}, cancel);
+  layer_.planes = encode({window_, inside_, regions_, channels_, materials_}, cancel);
   return std::move(layer_);
 }
 

@@ -59,8 +59,8 @@ class LayerComposer {
   /// The parts in the order in which they take their voxels.
   std::span<const std::uint32_t> order() const { return order_; }
 
-  /// Forgets all: a layer of which nothing is known.
-  void start(std::uint32_t layer);
+  /// Forgets all: a layer of which nothing is known. `window`: that of all parts.
+  void start(std::uint32_t layer, const LayerWindow& window);
   /// `painted`: of the part numbered `part`, in the layer. REQUIRES: parts come in order(); a job's only part stays
   /// painted until finish(). Throws Error{kCancelled, kPartsOverlap}.
   void add(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel);
@@ -108,6 +108,7 @@ class LayerComposer {
   const PlacedParts& parts_;
   const SliceJob& job_;  // The first part's: all are alike in what this reads.
   const LayerWindow region_;
+  LayerWindow window_;  // What of it the layer's parts may be in.
   std::vector<std::uint32_t> order_;
   std::vector<std::vector<std::uint8_t>> regions_of_;  // By part, then by its region: its place in cell_region_names().
   std::vector<std::uint32_t> region_palette_, material_palette_;

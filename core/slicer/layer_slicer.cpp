@@ -26,12 +26,14 @@ struct LayerSlicer::State {
   }
 
   Layer slice(std::uint32_t layer, const CancellationToken& cancel) {
-    composer.start(layer);
     painted.clear();
+    LayerWindow window;
     for (const std::uint32_t part : composer.order()) {
       painted.push_back(painters[part].paint(layer, cancel));
-      composer.add(part, painted.back(), cancel);
+      window = joint_window(window, painted.back().window);
     }
+    composer.start(layer, window);
+    for (std::size_t k = 0; k < painted.size(); ++k) composer.add(composer.order()[k], painted[k], cancel);
     return composer.finish(cancel);
   }
 };

@@ -53,5 +53,17 @@ TEST(Adler32, OfColoursIsThatOfTheirBytes) {
   }
 }
 
+TEST(Adler32, RepeatsAreWhatTheyRepeat) {
+  for (const Bytes& unit : {Bytes{0}, Bytes{255}, Bytes{1, 2, 3, 4}, Bytes{255, 255, 255, 255}}) {
+    for (const std::size_t count : {0u, 1u, 2u, 5'552u, 3'000'000u}) {
+      Bytes bytes;
+      for (std::size_t k = 0; k < count; ++k) bytes.insert(bytes.end(), unit.begin(), unit.end());
+      for (const std::uint32_t before : {1u, 65'520u << 16 | 65'520u}) {
+        EXPECT_EQ(adler32_of_repeats(before, unit, count), adler32_of_bytes(before, bytes)) << count;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace ccslice

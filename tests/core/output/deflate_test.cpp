@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
+#include <array>
 #include <functional>
 #include <random>
 
@@ -82,6 +83,69 @@ TEST(ZlibStream, DoesNotDependOnThePiecesNorOnThePast) {
       at += count;
     }
     EXPECT_TRUE(used.finish() == deflated(bytes)) << kind.name;
+  }
+}
+
+/// Rows of noise and rows of zeros in turns: as the stream's calls, and as the bytes that they stand for.
+TEST(ZlibStream, RowsOfZerosInflateToZeros) {
+  std::mt19937 random(14);
+  for (const std::size_t row : {2u, 300u, 46'301u}) {
+    for (const std::uint64_t zero_rows : {1u, 2u, 257u, 258u, 259u, 5'000u}) {
+      for (const std::size_t noise_rows : {0u, 1u, 40u}) {
+        ZlibStream stream;
+        stream.start_bytes();
+        Bytes bytes;
+        for (int turn = 0; turn < 2; ++turn) {
+          stream.append_equal_rows(zero_rows, row, 0);
+          bytes.insert(bytes.end(), zero_rows * row, 0);
+          Bytes noise(noise_rows * row);
+          for (std::uint8_t& byte : noise) byte = static_cast<std::uint8_t>(random() % 3);
+          stream.append(noise);
+          bytes.insert(bytes.end(), noise.begin(), noise.end());
+        }
+        EXPECT_TRUE(inflated(stream.finish(), bytes.size()) == bytes) << row << ", " << zero_rows << ", " << noise_rows;
+      }
+    }
+  }
+}
+
+TEST(ZlibStream, EqualRowsOfColoursInflateToThem) {
+  std::mt19937 random(15);
+  for (const Colour& background : {Colour{}, Colour{0, 0, 0, 255}, Colour{7, 7, 7, 7}, Colour{200, 0, 3, 9}}) {
+    const std::array<Colour, 2> palette{background, Colour{255, 0, 0, 255}};
+    for (const std::size_t width : {1u, 2u, 3u, 65u, 66u, 99u, 11'575u}) {
+      ZlibStream stream;
+      stream.start_colours(palette, width + 1);
+      Bytes bytes;
+      const auto add = [&](std::size_t unit) { bytes.insert(bytes.end(), palette[unit].begin(), palette[unit].end()); };
+      for (int turn = 0; turn < 3; ++turn) {
+        for (int y = 0; y < 30; ++y) {
+          Bytes units{ZlibStream::kSeparator};
+          bytes.push_back(0);
+          for (std::size_t x = 0; x < width; ++x) {
+            units.push_back(random() % 4 == 0);
+            add(units.back());
+          }
+          stream.append(units);
+        }
+        stream.append_equal_rows(70, width + 1, 0);
+        for (int y = 0; y < 70; ++y) {
+          bytes.push_back(0);
+          for (std::size_t x = 0; x < width; ++x) add(0);
+        }
+      }
+      EXPECT_TRUE(inflated(stream.finish(), bytes.size()) == bytes) << width << ", " << int{background[0]};
+    }
+  }
+}
+
+TEST(ZlibStream, EqualRowsTakeAQuarterOfAByteEach258) {
+  constexpr std::uint64_t kRows = 4'606, kBytes = kRows * (1 + 4 * 11'575);
+  for (const Colour& background : {Colour{}, Colour{255, 255, 255, 255}}) {
+    ZlibStream stream;
+    stream.start_colours({&background, 1}, 11'576);
+    stream.append_equal_rows(kRows, 11'576, 0);
+    EXPECT_LE(stream.finish().size(), kBytes / (4 * 258) + (background[3] == 0 ? 300 : 10 * kRows));
   }
 }
 

@@ -137,6 +137,93 @@ TEST(Png, AMaskIsOneBitAVoxel) {
   }
 }
 
+/// What the window holds of a picture of that many bytes a sample.
+Bytes cut_out(const Bytes& all, std::uint32_t width, const LayerWindow& window, std::size_t bytes) {
+  Bytes part;
+  for (std::uint32_t y = window.first_row; y < window.end_row(); ++y) {
+    const auto row = all.begin() + static_cast<std::ptrdiff_t>(bytes * (std::size_t{width} * y + window.first_column));
+    part.insert(part.end(), row, row + static_cast<std::ptrdiff_t>(bytes * window.columns));
+  }
+  return part;
+}
+
+void expect_same_picture(const EncodedPlane& found, const EncodedPlane& expected, const std::string& what) {
+  const TinyPng a = read_tiny_png(found.bytes), b = read_tiny_png(expected.bytes);
+  EXPECT_EQ(a.width, b.width) << what;
+  EXPECT_EQ(a.height, b.height) << what;
+  EXPECT_EQ(a.color_type, b.color_type) << what;
+  EXPECT_EQ(a.bit_depth, b.bit_depth) << what;
+  EXPECT_TRUE(a.samples == b.samples) << what;
+  EXPECT_EQ(found.crc32, expected.crc32) << what;
+  EXPECT_EQ(found.raw_bytes, expected.raw_bytes) << what;
+}
+
+const LayerWindow kWindows[] = {{101, 400, 33, 41}, {0, 0, 700, 900}, {0, 899, 1, 1},
+                                {699, 0, 1, 1},     {5, 450, 690, 2}, {}};
+constexpr std::uint32_t kWide = 700, kHigh = 900;
+
+TEST(Png, AWindowOfIndicesShowsTheWholePicture) {
+  std::mt19937 random(23);
+  for (const LayerWindow& window : kWindows) {
+    for (const std::size_t materials : {1u, 3u, 8u}) {
+      for (const std::uint32_t background : {0u, 0x204060ffu}) {
+        std::vector<std::uint32_t> palette(kPalette.begin(), kPalette.begin() + static_cast<int>(materials) + 1);
+        palette[0] = background;
+        Bytes all(std::size_t{kWide} * kHigh);
+        for (std::uint32_t y = window.first_row; y < window.end_row(); ++y) {
+          for (std::uint32_t x = window.first_column; x < window.end_column(); ++x) {
+            all[std::size_t{kWide} * y + x] = static_cast<std::uint8_t>(random() % (materials + 1));
+          }
+        }
+        const Bytes part = cut_out(all, kWide, window, 1);
+        const IndexImage whole{kWide, kHigh, all, palette};
+        const IndexImage held{.width = kWide, .height = kHigh, .indices = part, .palette = palette, .window = window};
+        const SampleType type = smallest_index_type(materials);
+        const std::string what = std::to_string(window.first_row) + ", " + std::to_string(materials);
+        for (const Encoding encoding : {Encoding::kPng, Encoding::kPngRgba}) {
+          PlaneEncoder encoder;
+          expect_same_picture(encoder.encode(held, type, encoding), encoder.encode(whole, type, encoding), what);
+        }
+        expect_same_picture(PlaneEncoder().encode_mask(held, 1, Encoding::kPng),
+                            PlaneEncoder().encode_mask(whole, 1, Encoding::kPng), what + ", mask");
+      }
+    }
+  }
+}
+
+TEST(Png, AWindowOfSamplesShowsTheWholePicture) {
+  std::mt19937 random(24);
+  for (const LayerWindow& window : kWindows) {
+    for (const SampleType type : {SampleType::kUint8, SampleType::kUint16}) {
+      for (const std::uint8_t outside : {0, 77}) {
+        const std::size_t bytes = type == SampleType::kUint8 ? 1 : 2;
+        Bytes all(bytes * kWide * kHigh);
+        for (std::size_t i = 0; i < all.size(); i += bytes) all[i] = outside;
+        Bytes inside(sample_bytes(SampleType::kBit, kWide, kHigh));
+        for (std::uint32_t y = window.first_row; y < window.end_row(); ++y) {
+          for (std::uint32_t x = window.first_column; x < window.end_column(); ++x) {
+            const std::size_t voxel = std::size_t{kWide} * y + x;
+            for (std::size_t k = 0; k < bytes; ++k) all[bytes * voxel + k] = static_cast<std::uint8_t>(random());
+            std::uint8_t& eight = inside[(kWide + 7) / 8 * y + x / 8];
+            eight = static_cast<std::uint8_t>(eight | 0x80 >> x % 8);
+          }
+        }
+        const Bytes part = cut_out(all, kWide, window, bytes);
+        SampleImage whole{.type = type, .width = kWide, .height = kHigh, .samples = all, .inside = inside};
+        whole.outside = {outside};
+        SampleImage held = whole;
+        held.samples = part;
+        held.window = window;
+        const std::string what = std::to_string(window.first_row) + ", " + std::to_string(outside);
+        for (const Encoding encoding : {Encoding::kPng, Encoding::kPngAlpha}) {
+          PlaneEncoder encoder;
+          expect_same_picture(encoder.encode(held, encoding), encoder.encode(whole, encoding), what);
+        }
+      }
+    }
+  }
+}
+
 TEST(Png, SaysTheResolutionWhereThePitchIsKnown) {
   const std::vector<std::string> with = {"IHDR", "pHYs", "IDAT", "IEND"}, without = {"IHDR", "IDAT", "IEND"};
   const Bytes indices = {0, 1};
