@@ -13,6 +13,7 @@
 #include "core/field/source_pass.h"
 #include "core/interpolation/pieces/cell_node_store.h"
 #include "core/interpolation/slab_materials.h"
+#include "core/interpolation/tiles/tile_trials.h"
 #include "core/raster/occupancy.h"
 #include "core/slicer/channel_tolerances.h"
 #include "core/slicer/halftone_pass.h"
@@ -200,6 +201,9 @@ std::shared_ptr<const PartPainter::Shared> PartPainter::share(const PlacedPart& 
   const VoxelPitch& pitch = job.grid.pitch;
   if (shows_materials(job) && !halftone) {
     halftone = std::make_shared<const HalftonePlan>(*job.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm, cancel);
+  }
+  if (!tiles_fit && job.channel_tolerance != 0 && PartPlanes(job, part.solid->summary()).need_solid()) {
+    tiles_fit = do_tiles_fit(part.solid, interpolation_spec_of(job, part.solid->summary().channels), cancel);
   }
   return std::make_shared<const Shared>(
       Shared{part.solid, job, std::move(index), std::move(halftone), make_cell_node_store(tiles_fit)});

@@ -54,8 +54,8 @@ class PartPainter {
   /// What all workers on a part read.
   struct Shared;
 
-  /// `tiles_fit`: do_tiles_fit() of the job, if that is known. `before`: of the part before, if this one is its copy.
-  /// REQUIRES: validate_job(*part.solid, part.job) passes. Throws Error{kCancelled}.
+  /// `tiles_fit`: do_tiles_fit() of the job, if that is known; else it is found out. `before`: of the part before, if
+  /// this one is its copy. REQUIRES: validate_job(*part.solid, part.job) passes. Throws Error{kCancelled}.
   static std::shared_ptr<const Shared> share(const PlacedPart& part, const CancellationToken& cancel,
                                              std::optional<bool> tiles_fit, const Shared* before);
 

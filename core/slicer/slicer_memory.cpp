@@ -199,7 +199,7 @@ Cells cells_of(const std::shared_ptr<const LimitSolid>& shared_solid, const Slic
   const LimitSolid& solid = *shared_solid;
   const Placement voxel_of = voxel_of_mesh(job.placement, job.grid);
   const InterpolationSpec spec = interpolation_spec_of(job, solid.summary().channels);
-  const bool tiles_fit = do_tiles_fit(shared_solid, spec);
+  const bool tiles_fit = do_tiles_fit(shared_solid, spec, cancel);
   const SmallCells small(shared_solid, voxel_of.inverse(Eigen::Affine), tiles_fit);
   const double voxels_of_mm3 = std::abs(voxel_of.linear().determinant());
   const std::size_t slabs = job.grid.extent.layers / kSlabLayers + 1;

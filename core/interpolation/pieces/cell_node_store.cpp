@@ -58,7 +58,7 @@ std::shared_ptr<BlockStencils> CellNodeStore::stencils_of(const LimitSolid& soli
 
 bool CellNodeStore::tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec) {
   std::call_once(tiles_tried_, [&] {
-    if (!tiles_fit_) tiles_fit_ = do_tiles_fit(solid, spec);
+    if (!tiles_fit_) tiles_fit_ = do_tiles_fit(solid, spec, {});
   });
   return *tiles_fit_;
 }

@@ -46,7 +46,7 @@ class CellNodeStore {
   /// What blocks of the job's cells are sampled with. REQUIRES: always the same solid, which outlives this.
   [[nodiscard]] std::shared_ptr<BlockStencils> stencils_of(const LimitSolid& solid);
 
-  /// do_tiles_fit(). REQUIRES: always the same solid and spec.
+  /// do_tiles_fit(), which nothing cancels here: others may wait for it. REQUIRES: always the same solid and spec.
   [[nodiscard]] bool tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec);
 
   /// A worker is about to look for nodes in its first layer. Returns the layer of the worker that came first, while

@@ -21,11 +21,13 @@ constexpr double kFewestVoxels = 256;  // Of a trial's box.
 
 }  // namespace
 
-bool do_tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec) {
+bool do_tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec,
+                  const CancellationToken& cancel) {
   const Placement voxel_of_mesh = ccslice::voxel_of_mesh(spec.placement, spec.grid);
   const SmallCells small(solid, voxel_of_mesh.inverse(Eigen::Affine), true);
   TileFitter fitter(solid, spec, nullptr);
   const auto fits_around = [&](LimitCellId cell) {
+    cancel.throw_if_cancelled();
     Box3 box = grown(solid->index().cell_boxes.box(cell).transformed(voxel_of_mesh), kAround);
     const double voxels = std::max(box.volume(), 1.0);
     if (voxels < kFewestVoxels) box = grown(box, 0.5 * (std::cbrt(kFewestVoxels / voxels) - 1));
@@ -33,8 +35,10 @@ bool do_tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const Interpol
     return fitter.fit(fitter.particles().enter(box, count, {}), box, count) == TileFitter::Outcome::kFits;
   };
   // The cells' volume is cut into fifths, in their order: the cell in the middle of each is tried.
+  PeriodicPoll poll(cancel);
   const auto most_fit = [&](bool at_boundary) {
     const auto volume_of = [&](LimitCellId cell) {
+      poll();
       const bool meant = small.contain(cell) && (solid->boundary_sides(cell) != 0) == at_boundary;
       return meant ? solid->index().volume_mm3(cell) : 0;
     };

@@ -11,15 +11,18 @@
 #include <cstdint>
 #include <memory>
 
+#include "core/base/cancellation.h"
 #include "core/interpolation/samples/interpolation_spec.h"
 #include "core/limit/limit_solid.h"
 
 namespace ccslice {
 
 /// Tries tiles around five cells of few voxels inside of the solid, and around five on its boundary. True if at least
-/// half of each five fit. The answer follows from the solid and the spec alone. Takes a millisecond or two. REQUIRES:
-/// all tolerances positive.
-[[nodiscard]] bool do_tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec);
+/// half of each five fit. The answer follows from the solid and the spec alone. Takes a millisecond or two where cells
+/// are few, and polls `cancel` among the cells and before each trial. Throws Error{kCancelled}. REQUIRES: all
+/// tolerances positive.
+[[nodiscard]] bool do_tiles_fit(const std::shared_ptr<const LimitSolid>& solid, const InterpolationSpec& spec,
+                                const CancellationToken& cancel);
 
 /// Which parts of a tile are tried. Half as many voxels may be skipped as were tried or skipped in vain since the last
 /// fit, so of a tile in which nothing fits little is tried.

@@ -10,6 +10,7 @@
 
 #include "core/prepare/prepare_solid.h"
 #include "core/slicer/channel_tolerances.h"
+#include "tests/core/mesh/expect_error.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/tiny_meshes.h"
 
@@ -17,7 +18,8 @@ namespace ccslice {
 namespace {
 
 /// A box of 6 x 6 x 6 cells of 2 mm, each of 10 x 10 x 10 voxels, or as meshed of the same, with one channel.
-bool tiles_fit(const std::function<double(const Vec3&)>& material, double tolerance, bool as_meshed = false) {
+bool tiles_fit(const std::function<double(const Vec3&)>& material, double tolerance, bool as_meshed = false,
+               const CancellationToken& cancel = {}) {
   ControlMesh mesh = oracle::box_mesh(6, 6, 6, 2);
   mesh.as_meshed = as_meshed;
   mesh.channel_names = {"m"};
@@ -26,7 +28,7 @@ bool tiles_fit(const std::function<double(const Vec3&)>& material, double tolera
   const auto solid = prepare_solid(mesh);
   SliceJob job = job_of(solid, {0.2, 0.2, 0.2});
   job.channel_tolerance = tolerance;
-  return do_tiles_fit(solid, interpolation_spec_of(job, solid->summary().channels));
+  return do_tiles_fit(solid, interpolation_spec_of(job, solid->summary().channels), cancel);
 }
 
 double wave(const Vec3& p) { return std::sin(p.x()) * std::cos(p.y() + p.z()); }
@@ -42,6 +44,18 @@ TEST(DoTilesFit, AcrossNoKinks) {
   const auto bent = [](const Vec3& p) { return (p.x() - 6) * (p.x() - 6) / 36; };
   EXPECT_TRUE(tiles_fit(bent, 0.016));
   EXPECT_FALSE(tiles_fit(bent, 0.016, true));
+}
+
+int polls = 0;
+CancellationToken cancelled_at_third_poll;
+
+TEST(DoTilesFit, IsCancelledBetweenTrials) {
+  polls = 0;
+  cancelled_at_third_poll = CancellationToken::make([]() noexcept {
+    if (++polls == 3) cancelled_at_third_poll.cancel();
+  });
+  expect_error([] { (void)tiles_fit(wave, 1, false, cancelled_at_third_poll); }, ErrorCode::kCancelled, "cancelled");
+  EXPECT_EQ(polls, 3);
 }
 
 TEST(TileTrials, SkipHalfOfWhatWasInVainSoFar) {
