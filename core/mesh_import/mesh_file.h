@@ -34,6 +34,7 @@ struct FileNumbers {
   std::string vertex_noun = "vertex", cell_noun = "cell";  // One of them: "node", "point"; "element".
   std::vector<std::uint64_t> vertices;                     // By vertex of the mesh.
   std::vector<std::uint64_t> cells;                        // By cell of the mesh. A number may come more than once.
+  std::vector<std::uint64_t> mid_nodes{};                  // By mid-node of the mesh: vertices of the file.
 };
 
 /// The nodes that second-order cells have beyond their corners, as vertices of the mesh; kNone where a cell lacks one.

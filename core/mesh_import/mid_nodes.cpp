@@ -9,6 +9,7 @@
 
 #include "core/base/number_text.h"
 #include "core/mesh/cell_complex.h"
+#include "core/mesh_import/renumber_text.h"
 
 namespace ccslice {
 namespace {
@@ -25,28 +26,30 @@ constexpr std::array<std::array<std::uint8_t, 4>, 6> kHexFaces = {
     {{0, 3, 7, 4}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 2, 6, 7}, {0, 1, 2, 3}, {4, 5, 6, 7}}};
 
 /// Adds the nodes of one cell. Edges and faces that repeated corners have made less of have none.
-void add_nodes(const ControlMesh& mesh, std::size_t cell, std::span<const std::uint32_t> corners,
+void add_nodes(const MeshFile& file, std::size_t cell, std::span<const std::uint32_t> corners,
                std::span<const std::uint32_t> nodes, MidNodeList& list) {
+  const ControlMesh& mesh = file.mesh;
   const std::size_t channels = mesh.channel_count();
-  const auto values = [&](std::uint32_t node) {
-    return std::span(mesh.channel_values).subspan(node * channels, channels);
+  const auto source = [&](std::uint32_t node) {
+    const auto values = std::span(mesh.channel_values).subspan(node * channels, channels);
+    return MidNodeList::Source{mesh.positions[node], values, file_vertex(file.numbers, node)};
   };
   std::size_t next = 0;
   const auto next_node = [&]() { return next < nodes.size() ? nodes[next++] : kNone; };
   for (const auto& [a, b] : mid_edges(mesh.cell_kinds[cell])) {
     const std::uint32_t node = next_node();
     if (node == kNone || corners[a] == corners[b]) continue;
-    list.add_edge({corners[a], corners[b]}, mesh.positions[node], values(node));
+    list.add_edge({corners[a], corners[b]}, source(node));
   }
   for (const auto& [a, b, c, d] : mid_faces(mesh.cell_kinds[cell])) {
     const std::uint32_t node = next_node();
     std::array<std::uint32_t, 4> ring = {corners[a], corners[b], corners[c], corners[d]};
     std::ranges::sort(ring);
     if (node == kNone || std::ranges::adjacent_find(ring) != ring.end()) continue;
-    list.add_face(ring, mesh.positions[node], values(node));
+    list.add_face(ring, source(node));
   }
   const std::uint32_t node = next_node();
-  if (node != kNone) list.add_cell(static_cast<std::uint32_t>(cell), mesh.positions[node], values(node));
+  if (node != kNone) list.add_cell(static_cast<std::uint32_t>(cell), source(node));
 }
 
 /// `keys`: ascending. `first`: the node of the first key.
@@ -102,7 +105,8 @@ void MidNodeList::grow() {
   for (const Node& node : nodes_) place_of(node.key) = node.index;
 }
 
-void MidNodeList::add(std::array<std::uint32_t, 5> key, const Vec3& position, std::span<const float> values) {
+void MidNodeList::add(std::array<std::uint32_t, 5> key, const Source& source) {
+  const auto& [position, values, number] = source;
   if (2 * (nodes_.size() + 1) > places_.size()) grow();
   std::uint32_t& place = place_of(key);
   if (place != kNone) {
@@ -119,30 +123,30 @@ void MidNodeList::add(std::array<std::uint32_t, 5> key, const Vec3& position, st
   nodes_.push_back({key, place});
   positions_.push_back(position);
   values_.insert(values_.end(), values.begin(), values.end());
+  numbers_.push_back(number);
 }
 
-void MidNodeList::add_edge(std::array<std::uint32_t, 2> vertices, const Vec3& position, std::span<const float> values) {
+void MidNodeList::add_edge(std::array<std::uint32_t, 2> vertices, const Source& source) {
   std::ranges::sort(vertices);
-  add({2, vertices[0], vertices[1], 0, 0}, position, values);
+  add({2, vertices[0], vertices[1], 0, 0}, source);
 }
 
-void MidNodeList::add_face(std::array<std::uint32_t, 4> vertices, const Vec3& position, std::span<const float> values) {
+void MidNodeList::add_face(std::array<std::uint32_t, 4> vertices, const Source& source) {
   std::ranges::sort(vertices);
-  add({4, vertices[0], vertices[1], vertices[2], vertices[3]}, position, values);
+  add({4, vertices[0], vertices[1], vertices[2], vertices[3]}, source);
 }
 
-void MidNodeList::add_cell(std::uint32_t cell, const Vec3& position, std::span<const float> values) {
-  add({8, cell, 0, 0, 0}, position, values);
-}
+void MidNodeList::add_cell(std::uint32_t cell, const Source& source) { add({8, cell, 0, 0, 0}, source); }
 
-void MidNodeList::add(const MidNodes& nodes, std::span<const std::uint32_t> new_vertices,
-                      std::span<const std::uint32_t> new_cells) {
+void MidNodeList::add(const MidNodes& nodes, std::span<const std::uint64_t> numbers,
+                      std::span<const std::uint32_t> new_vertices, std::span<const std::uint32_t> new_cells) {
   std::size_t next = 0;
-  const auto add_as = [&](auto key, std::span<const std::uint32_t> numbers, auto add_key) {
-    const std::span<const float> values = std::span(nodes.values).subspan(next * channels_, channels_);
-    const Vec3& position = nodes.positions[next++];
-    for (std::uint32_t& number : key) number = numbers[number];
-    if (std::ranges::find(key, kNone) == key.end()) add_key(key, position, values);
+  const auto add_as = [&](auto key, std::span<const std::uint32_t> new_ids, auto add_key) {
+    const Source source = source_of(nodes, numbers, channels_, next++);
+    for (std::uint32_t& id : key) id = new_ids[id];
+    std::ranges::sort(key);
+    const bool repeated = std::ranges::adjacent_find(key) != key.end();
+    if (!repeated && key.back() != kNone) add_key(key, source);
   };
   for (const auto& edge : nodes.edges) {
     add_as(edge, new_vertices, [&](const auto&... arguments) { add_edge(arguments...); });
@@ -151,9 +155,7 @@ void MidNodeList::add(const MidNodes& nodes, std::span<const std::uint32_t> new_
     add_as(face, new_vertices, [&](const auto&... arguments) { add_face(arguments...); });
   }
   for (const std::uint32_t cell : nodes.cells) {
-    add_as(std::array{cell}, new_cells, [&](const auto& key, const Vec3& position, std::span<const float> values) {
-      add_cell(key[0], position, values);
-    });
+    add_as(std::array{cell}, new_cells, [&](const auto& key, const Source& source) { add_cell(key[0], source); });
   }
 }
 
@@ -172,6 +174,7 @@ MidNodeList::Result MidNodeList::finish(double same_mm) const {
     if (key[0] == 4) nodes.faces.push_back({key[1], key[2], key[3], key[4]});
     if (key[0] == 8) nodes.cells.push_back(key[1]);
     nodes.positions.push_back(positions_[index]);
+    result.numbers.push_back(numbers_[index]);
     const auto values = values_.begin() + static_cast<std::ptrdiff_t>(index * channels_);
     nodes.values.insert(nodes.values.end(), values, values + static_cast<std::ptrdiff_t>(channels_));
   }
@@ -207,13 +210,14 @@ void take_mid_nodes(MeshFile& file) {
     if (curved.cells[next] == cell) {
       const std::uint64_t begin = curved.first_nodes[next];
       const std::uint64_t end = ++next < curved.cells.size() ? curved.first_nodes[next] : curved.nodes.size();
-      add_nodes(mesh, cell, std::span(mesh.cell_vertices).subspan(corner, corners),
+      add_nodes(file, cell, std::span(mesh.cell_vertices).subspan(corner, corners),
                 std::span(curved.nodes).subspan(begin, end - begin), list);
     }
     corner += corners;
   }
   MidNodeList::Result result = list.finish();
   file.mesh.mid_nodes = std::move(result.nodes);
+  file.numbers.mid_nodes = std::move(result.numbers);
   if (result.other_values > 0) {
     file.warnings.push_back(std::to_string(result.other_values) +
                             " edges, faces or cells have nodes in their middle that disagree in a channel; the first "

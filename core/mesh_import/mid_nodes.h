@@ -33,16 +33,30 @@ class MidNodeList {
  public:
   explicit MidNodeList(std::size_t channels) : channels_(channels) {}
 
-  /// `vertices` in any order. `values`: as many as there are channels.
-  void add_edge(std::array<std::uint32_t, 2> vertices, const Vec3& position, std::span<const float> values);
-  void add_face(std::array<std::uint32_t, 4> vertices, const Vec3& position, std::span<const float> values);
-  void add_cell(std::uint32_t cell, const Vec3& position, std::span<const float> values);
-  /// All nodes of `nodes`, their vertices and cells renumbered; nodes of left-out ones (kNone) are left out.
-  void add(const MidNodes& nodes, std::span<const std::uint32_t> new_vertices,
+  /// A node as it comes. `values`: as many as there are channels. `number`: of the file (FileNumbers::mid_nodes).
+  struct Source {
+    Vec3 position;
+    std::span<const float> values;
+    std::uint64_t number = 0;
+  };
+  /// `vertices` in any order.
+  void add_edge(std::array<std::uint32_t, 2> vertices, const Source& source);
+  void add_face(std::array<std::uint32_t, 4> vertices, const Source& source);
+  void add_cell(std::uint32_t cell, const Source& source);
+  /// All nodes of `nodes` with their `numbers` (or none), their vertices and cells renumbered. Nodes of left-out ones
+  /// (kNone) are left out, and those of edges and faces two of whose vertices have become one.
+  void add(const MidNodes& nodes, std::span<const std::uint64_t> numbers, std::span<const std::uint32_t> new_vertices,
            std::span<const std::uint32_t> new_cells);
+  /// Node `node` of `nodes`, which has `channels` channels.
+  static Source source_of(const MidNodes& nodes, std::span<const std::uint64_t> numbers, std::size_t channels,
+                          std::size_t node) {
+    return {nodes.positions[node], std::span(nodes.values).subspan(node * channels, channels),
+            numbers.empty() ? 0 : numbers[node]};
+  }
 
   struct Result {
     MidNodes nodes;
+    std::vector<std::uint64_t> numbers;  // By node.
     std::size_t conflicts = 0;     // Edges, faces and cells with nodes that are farther apart: the first one is taken.
     double farthest_apart_mm = 0;  // Of these.
     std::size_t other_values = 0;  // Edges, faces and cells with nodes that disagree in a channel: likewise.
@@ -58,7 +72,7 @@ class MidNodeList {
     bool disagree = false;  // They have other values.
   };
 
-  void add(std::array<std::uint32_t, 5> key, const Vec3& position, std::span<const float> values);
+  void add(std::array<std::uint32_t, 5> key, const Source& source);
   std::uint32_t& place_of(const std::array<std::uint32_t, 5>& key);
   void grow();
 
@@ -67,6 +81,7 @@ class MidNodeList {
   std::vector<std::uint32_t> places_;  // A hash table of indices into the nodes, kNone where it is empty.
   std::vector<Vec3> positions_;
   std::vector<float> values_;
+  std::vector<std::uint64_t> numbers_;
 };
 
 /// The corners of what mid-nodes lie on. REQUIRES: the mesh outlives it, and each of its mid-nodes is of a cell that it

@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/contains.h"
 #include "core/base/count_text.h"
 #include "core/base/error.h"
 #include "core/base/place_text.h"
@@ -21,16 +22,18 @@
 namespace ccslice {
 namespace {
 
-enum class Named : std::uint8_t { kVertex, kEdge, kCell };
+enum class Named : std::uint8_t { kVertex, kEdge, kMidNode, kCell };
 
 struct NounInText {
   std::string_view text;
   Named named;
   bool many;
 };
-constexpr NounInText kNouns[] = {{"vertices", Named::kVertex, true}, {"vertex", Named::kVertex, false},
-                                 {"cells", Named::kCell, true},      {"cell", Named::kCell, false},
-                                 {"edges", Named::kEdge, true},      {"edge", Named::kEdge, false}};
+constexpr NounInText kNouns[] = {
+    {"vertices", Named::kVertex, true},   {"vertex", Named::kVertex, false},    {"cells", Named::kCell, true},
+    {"cell", Named::kCell, false},        {"edges", Named::kEdge, true},        {"edge", Named::kEdge, false},
+    {"mid-nodes", Named::kMidNode, true}, {"mid-node", Named::kMidNode, false},
+};
 
 /// The ids of one thing: two of an edge.
 using Thing = std::vector<std::int64_t>;
@@ -61,7 +64,8 @@ class Renumberer {
   bool is_known(std::int64_t id, Named named) const;
   std::string name_of(const Thing& thing, Named named) const;
   std::optional<Vec3> place_of(const Thing& thing, Named named) const;
-  void add_noun(const NounInText& noun);
+  void add_noun(const NounInText& noun, bool many);
+  std::string_view more_at(std::size_t at) const;
   void add_place(const Thing& first, const NounInText& noun, bool several);
 
   std::string_view text_;
@@ -101,6 +105,10 @@ const NounInText* Renumberer::noun_here() const {
 }
 
 bool Renumberer::is_known(std::int64_t id, Named named) const {
+  if (named == Named::kMidNode) {
+    return static_cast<std::uint64_t>(id) < numbers_.mid_nodes.size() &&
+           (mesh_ == nullptr || static_cast<std::uint64_t>(id) < mesh_->mid_nodes.positions.size());
+  }
   const auto& listed = named == Named::kCell ? ids_.cells : ids_.vertices;
   if (listed && std::ranges::find(*listed, id) == listed->end()) return false;
   const auto& numbers = named == Named::kCell ? numbers_.cells : numbers_.vertices;
@@ -141,6 +149,7 @@ std::optional<Thing> Renumberer::take_thing(std::size_t& at, Named named) const 
 
 std::string Renumberer::name_of(const Thing& thing, Named named) const {
   if (named == Named::kCell) return std::to_string(file_cell(numbers_, static_cast<std::size_t>(thing[0])));
+  if (named == Named::kMidNode) return std::to_string(numbers_.mid_nodes[static_cast<std::size_t>(thing[0])]);
   std::string name = std::to_string(file_vertex(numbers_, static_cast<std::size_t>(thing[0])));
   if (thing.size() > 1) name += "-" + std::to_string(file_vertex(numbers_, static_cast<std::size_t>(thing[1])));
   return name;
@@ -148,6 +157,8 @@ std::string Renumberer::name_of(const Thing& thing, Named named) const {
 
 std::optional<Vec3> Renumberer::place_of(const Thing& thing, Named named) const {
   if (mesh_ == nullptr) return std::nullopt;
+  const auto finite = [](const Vec3& place) { return place.allFinite() ? std::optional(place) : std::nullopt; };
+  if (named == Named::kMidNode) return finite(mesh_->mid_nodes.positions[static_cast<std::size_t>(thing[0])]);
   std::vector<std::uint32_t> vertices(thing.begin(), thing.end());
   if (named == Named::kCell) {
     std::size_t begin = 0;
@@ -165,13 +176,13 @@ std::optional<Vec3> Renumberer::place_of(const Thing& thing, Named named) const 
     if (v >= mesh_->vertex_count()) return std::nullopt;
     middle += mesh_->positions[v] / static_cast<double>(vertices.size());
   }
-  return middle.allFinite() ? std::optional(middle) : std::nullopt;
+  return finite(middle);
 }
 
 /// "control cell" becomes "element".
-void Renumberer::add_noun(const NounInText& noun) {
+void Renumberer::add_noun(const NounInText& noun, bool many) {
   if (noun.named == Named::kEdge) {
-    out_ += noun.text;
+    out_ += many ? "edges" : "edge";
     return;
   }
   constexpr std::string_view kControl = "control ";
@@ -179,7 +190,7 @@ void Renumberer::add_noun(const NounInText& noun) {
     out_.resize(out_.size() - kControl.size());
   }
   const std::string& name = noun.named == Named::kCell ? numbers_.cell_noun : numbers_.vertex_noun;
-  out_ += noun.many ? plural_of(name) : name;
+  out_ += many ? plural_of(name) : name;
 }
 
 void Renumberer::add_place(const Thing& first, const NounInText& noun, bool several) {
@@ -190,6 +201,16 @@ void Renumberer::add_place(const Thing& first, const NounInText& noun, bool seve
   if (several && at_ < text_.size() && text_[at_] == ' ') out_ += ',';
 }
 
+/// "and 5 more", behind a list.
+std::string_view Renumberer::more_at(std::size_t at) const {
+  constexpr std::string_view kAnd = " and ", kMore = " more";
+  if (!text_.substr(at).starts_with(kAnd)) return {};
+  std::size_t next = at + kAnd.size();
+  while (next < text_.size() && is_digit(text_[next])) ++next;
+  if (next == at + kAnd.size() || !text_.substr(next).starts_with(kMore)) return {};
+  return text_.substr(at, next + kMore.size() - at);
+}
+
 bool Renumberer::take_list() {
   const NounInText* noun = noun_here();
   if (noun == nullptr) return false;
@@ -197,9 +218,9 @@ bool Renumberer::take_list() {
   const std::optional<Thing> first = take_thing(at, noun->named);
   if (!first) return false;
   found_ = true;
-  add_noun(*noun);
-  out_ += " " + name_of(*first, noun->named);
-  bool several = false;
+  std::vector<std::string> names = {name_of(*first, noun->named)};
+  std::string list = names.front();
+  bool repeats = false;
   for (bool more = noun->many; more;) {
     more = false;
     for (const std::string_view separator : {", ", " and "}) {
@@ -207,23 +228,20 @@ bool Renumberer::take_list() {
       if (!text_.substr(at).starts_with(separator)) continue;
       const std::optional<Thing> thing = take_thing(next, noun->named);
       if (!thing) continue;
-      out_.append(separator).append(name_of(*thing, noun->named));
       at = next;
-      more = several = true;
+      more = true;
+      std::string name = name_of(*thing, noun->named);
+      repeats = repeats || contains(names, name);
+      if (contains(names, name)) continue;
+      list.append(separator).append(name);
+      names.push_back(std::move(name));
     }
   }
-  constexpr std::string_view kAnd = " and ", kMore = " more";
-  if (text_.substr(at).starts_with(kAnd)) {
-    std::size_t next = at + kAnd.size();
-    while (next < text_.size() && is_digit(text_[next])) ++next;
-    if (next > at + kAnd.size() && text_.substr(next).starts_with(kMore)) {
-      next += kMore.size();
-      out_ += text_.substr(at, next - at);
-      at = next;
-      several = true;
-    }
-  }
-  at_ = at;
+  const std::string_view more = more_at(at);
+  const bool several = names.size() > 1 || !more.empty();
+  add_noun(*noun, noun->many && (several || !repeats));
+  out_.append(" ").append(list).append(more);
+  at_ = at + more.size();
   add_place(*first, *noun, several);
   return true;
 }

@@ -21,12 +21,14 @@
 namespace ccslice {
 
 /// The ids that a text may name. Others that look alike are something else, and stay. nullopt: all that the mesh has.
+/// Nothing looks like a mid-node: any that the mesh has may be named.
 struct IdsInText {
   std::optional<std::vector<std::int64_t>> vertices = std::nullopt;
   std::optional<std::vector<std::int64_t>> cells = std::nullopt;
 };
 
-/// `text` with the file's nouns and numbers in place of ids. With `mesh`, which must be the one that the ids are of,
+/// `text` with the file's nouns and numbers in place of ids. A list names each of the file's cells once, although they
+/// may have become several of the mesh's. With `mesh`, which must be the one that the ids are of,
 /// the place of the first thing is added behind the first list, unless the text has a place already.
 std::string renumber_text(std::string_view text, const FileNumbers& numbers, const IdsInText& ids = {},
                           const ControlMesh* mesh = nullptr);

@@ -51,7 +51,7 @@ class TouchSplitter {
   std::set<std::uint32_t> copies_of(VertexId vertex);
   void copy_values(ControlMesh& split);
   void copy_features(ControlMesh& split);
-  void copy_mid_nodes(ControlMesh& split);
+  void copy_mid_nodes(ControlMesh& split, FileNumbers& numbers);
 
   const ControlMesh& mesh_;
   const CancellationToken& cancel_;
@@ -267,35 +267,38 @@ void TouchSplitter::copy_features(ControlMesh& split) {
   std::ranges::sort(split.missed_vertices, {}, &MissedVertex::vertex);
 }
 
-void TouchSplitter::copy_mid_nodes(ControlMesh& split) {
+void TouchSplitter::copy_mid_nodes(ControlMesh& split, FileNumbers& numbers) {
   const MidNodes& nodes = mesh_.mid_nodes;
   if (nodes.empty()) return;
   const std::size_t channels = mesh_.channel_count();
   MidNodeList list(channels);
-  const auto values = [&](std::size_t node) { return std::span(nodes.values).subspan(node * channels, channels); };
+  const auto source = [&](std::size_t node) {
+    return MidNodeList::source_of(nodes, numbers.mid_nodes, channels, node);
+  };
   for (const CellId c : complex_.cells()) {
     const auto old = [&](std::uint8_t i) { return mesh_.cell_vertices[cell_begins_[c] + i]; };
     const auto now = [&](std::uint8_t i) { return corners_[cell_begins_[c] + i]; };
     for (const auto& [i, j] : mid_edges(complex_.kind(c))) {
       const auto node = edge_node(nodes, {old(i), old(j)});
-      if (node) list.add_edge({now(i), now(j)}, nodes.positions[*node], values(*node));
+      if (node) list.add_edge({now(i), now(j)}, source(*node));
     }
     for (const auto& [i, j, k, l] : mid_faces(complex_.kind(c))) {
       const auto node = face_node(nodes, {old(i), old(j), old(k), old(l)});
-      if (node) list.add_face({now(i), now(j), now(k), now(l)}, nodes.positions[*node], values(*node));
+      if (node) list.add_face({now(i), now(j), now(k), now(l)}, source(*node));
     }
   }
   for (std::size_t i = 0; i < nodes.cells.size(); ++i) {
-    const std::size_t node = nodes.edges.size() + nodes.faces.size() + i;
-    list.add_cell(nodes.cells[i], nodes.positions[node], values(node));
+    list.add_cell(nodes.cells[i], source(nodes.edges.size() + nodes.faces.size() + i));
   }
-  split.mid_nodes = list.finish().nodes;
+  MidNodeList::Result result = list.finish();
+  split.mid_nodes = std::move(result.nodes);
+  if (!numbers.mid_nodes.empty()) numbers.mid_nodes = std::move(result.numbers);
 }
 
 void TouchSplitter::finish(ControlMesh& split, FileNumbers& numbers) {
   copy_values(split);
   copy_features(split);
-  copy_mid_nodes(split);
+  copy_mid_nodes(split, numbers);
   if (!numbers.vertices.empty()) {
     for (const std::uint32_t origin : origins_) numbers.vertices.push_back(std::uint64_t{numbers.vertices[origin]});
   }

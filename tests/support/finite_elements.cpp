@@ -249,17 +249,17 @@ void add_random_mid_nodes(double share, bool of_faces, std::uint32_t seed, Contr
     for (const auto& [a, b] : mid_edges(kind)) {
       const std::array<std::uint32_t, 2> edge = {corners[a], corners[b]};
       const Vec3 at = place(edge);
-      list.add_edge(edge, at, values);
+      list.add_edge(edge, {at, values});
     }
     if (!of_faces) continue;
     for (const auto& [a, b, c, d] : mid_faces(kind)) {
       const std::array<std::uint32_t, 4> face = {corners[a], corners[b], corners[c], corners[d]};
       const Vec3 at = place(face);
-      list.add_face(face, at, values);
+      list.add_face(face, {at, values});
     }
     if (kind != CellKind::kHex) continue;
     const Vec3 at = place(corners);
-    list.add_cell(cell, at, values);
+    list.add_cell(cell, {at, values});
   }
   mesh.mid_nodes = list.finish().nodes;
 }

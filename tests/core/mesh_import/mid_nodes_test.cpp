@@ -69,14 +69,29 @@ TEST(MidNodes, OfOneEdgeInTwoPlacesAreTold) {
 TEST(MidNodes, AreRenumberedWithTheirVertices) {
   MidNodeList list(1);
   const float value = 7;
-  list.add_edge({5, 2}, Vec3(1, 2, 3), {&value, 1});
-  list.add_edge({2, 4}, Vec3(4, 5, 6), {&value, 1});
-  const MidNodes before = list.finish().nodes;
+  list.add_edge({5, 2}, {Vec3(1, 2, 3), {&value, 1}, 77});
+  list.add_edge({2, 4}, {Vec3(4, 5, 6), {&value, 1}, 66});
+  const MidNodeList::Result before = list.finish();
+  EXPECT_THAT(before.numbers, ElementsAre(66, 77));
   MidNodeList renumbered(1);
-  renumbered.add(before, std::vector<std::uint32_t>{kNone, kNone, 9, kNone, kNone, 1}, {});
+  renumbered.add(before.nodes, before.numbers, std::vector<std::uint32_t>{kNone, kNone, 9, kNone, kNone, 1}, {});
+  const MidNodeList::Result after = renumbered.finish();
+  EXPECT_THAT(after.nodes.edges, ElementsAre(std::array<std::uint32_t, 2>{1, 9}));
+  EXPECT_EQ(Vec3(1, 2, 3), after.nodes.positions[0]);
+  EXPECT_THAT(after.numbers, ElementsAre(77));
+}
+
+TEST(MidNodes, OfEdgesAndFacesThatCollapseAreLeftOut) {
+  MidNodeList list(0);
+  list.add_edge({0, 1}, {Vec3(1, 0, 0), {}});
+  list.add_edge({2, 3}, {Vec3(2, 0, 0), {}});
+  list.add_face({0, 1, 2, 3}, {Vec3(3, 0, 0), {}});
+  MidNodeList renumbered(0);
+  renumbered.add(list.finish().nodes, {}, std::vector<std::uint32_t>{0, 0, 1, 2}, {});
   const MidNodes after = renumbered.finish().nodes;
-  EXPECT_THAT(after.edges, ElementsAre(std::array<std::uint32_t, 2>{1, 9}));
-  EXPECT_EQ(Vec3(1, 2, 3), after.positions[0]);
+  EXPECT_THAT(after.edges, ElementsAre(std::array<std::uint32_t, 2>{1, 2}));
+  EXPECT_TRUE(after.faces.empty());
+  EXPECT_THAT(after.positions, ElementsAre(Vec3(2, 0, 0)));
 }
 
 TEST(MidNodes, HaveTheMeansOfTheirCornersInAddedChannels) {

@@ -42,6 +42,29 @@ TEST(RenumberText, PutsTheFilesNounsAndNumbersIn) {
             "boundary node 1012 is 0.1 mm from its limit point. node 1005.");
 }
 
+TEST(RenumberText, NamesACellThatBecameSeveralOnce) {
+  FileNumbers numbers = elements();
+  numbers.cells = {501, 501, 502, 503, 503};
+  EXPECT_EQ(renumber_text("inside out: cells 0, 1: untangle them", numbers), "inside out: element 501: untangle them");
+  EXPECT_EQ(renumber_text("in cells 0, 1, 2, 3, 4", numbers), "in elements 501, 502, 503");
+  EXPECT_EQ(renumber_text("in cells 0, 1 and 3 more", numbers), "in elements 501 and 3 more");
+  EXPECT_EQ(renumber_text("control cells 3 and 4 near (1, 2, 3) mm", numbers), "element 503 near (1, 2, 3) mm");
+  EXPECT_EQ(renumber_text("vertices 1, 1", numbers), "node 1001");
+}
+
+TEST(RenumberText, KnowsMidNodesByTheirNumbersInTheFile) {
+  FileNumbers numbers = elements();
+  EXPECT_EQ(renumber_text("beyond the limit at mid-nodes 0, 1", numbers), "beyond the limit at mid-nodes 0, 1");
+  numbers.mid_nodes = {77, 55};
+  EXPECT_EQ(renumber_text("beyond the limit at mid-nodes 0, 1: scale", numbers, {{{9}}, {{9}}}),
+            "beyond the limit at nodes 77, 55: scale");
+  ControlMesh mesh = oracle::box_mesh(1, 1, 1);
+  mesh.mid_nodes.edges = {{0, 1}, {1, 2}};
+  mesh.mid_nodes.positions = {{5, 0, 0}, {0, 7, 0}};
+  EXPECT_EQ(renumber_text("at mid-node 1: scale", numbers, {}, &mesh), "at node 55 at (0, 7, 0) mm: scale");
+  EXPECT_EQ(renumber_text("at mid-node 2: scale", numbers, {}, &mesh), "at mid-node 2: scale");
+}
+
 TEST(RenumberText, LeavesWhatIsNoId) {
   const FileNumbers numbers = elements();
   for (const std::string text : {"3 cells, 7 vertices", "vertex ids run from 0 to 7", "cell 0.5", "cells 12%",

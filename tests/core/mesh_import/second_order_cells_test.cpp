@@ -127,9 +127,9 @@ TEST(SecondOrderCells, ShareNodesHoweverManyTheyAre) {
       const auto value = static_cast<float>(elsewhere ? -1.0 : edge);
       const Vec3 at(edge, elsewhere ? 0.5 : 0, 1);
       if (edge % 2 == 0) {
-        list.add_edge({edge + 1, edge}, at, std::span(&value, 1));
+        list.add_edge({edge + 1, edge}, {at, std::span(&value, 1)});
       } else {
-        list.add_face({edge + 3, edge, edge + 2, edge + 1}, at, std::span(&value, 1));
+        list.add_face({edge + 3, edge, edge + 2, edge + 1}, {at, std::span(&value, 1)});
       }
     }
   }

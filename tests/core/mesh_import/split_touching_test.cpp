@@ -243,7 +243,14 @@ TEST(SplitTouching, GivesBothSidesTheirMidNodes) {
   mesh.mid_nodes.cells = {1};
   mesh.mid_nodes.positions.push_back(Vec3(15, 15, 5));
   EXPECT_EQ(edges.size(), 23u);
-  expect_split(mesh);
+  FileNumbers numbers;
+  for (std::uint64_t node = 0; node < 24; ++node) numbers.mid_nodes.push_back(100 + node);
+  const MidNodes before = mesh.mid_nodes;
+  expect_split(mesh, &numbers);
+  ASSERT_EQ(numbers.mid_nodes.size(), 25u);
+  for (std::size_t i = 0; i < 25; ++i) {
+    EXPECT_EQ(before.positions[numbers.mid_nodes[i] - 100], mesh.mid_nodes.positions[i]);
+  }
   ASSERT_EQ(mesh.mid_nodes.edges.size(), 24u);
   for (std::size_t i = 0; i < 24; ++i) {
     const auto& [a, b] = mesh.mid_nodes.edges[i];

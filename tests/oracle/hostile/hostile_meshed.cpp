@@ -38,13 +38,13 @@ class NodeMaker {
       begin += corners.size();
       for (const auto& [a, b] : mid_edges(kind)) {
         const std::array<std::uint32_t, 2> edge = {corners[a], corners[b]};
-        if (draw(curved_, edge)) list_.add_edge(edge, place_, values_);
+        if (draw(curved_, edge)) list_.add_edge(edge, {place_, values_});
       }
       for (const auto& [a, b, c, d] : mid_faces(kind)) {
         const std::array<std::uint32_t, 4> face = {corners[a], corners[b], corners[c], corners[d]};
-        if (draw(of_faces_, face)) list_.add_face(face, place_, values_);
+        if (draw(of_faces_, face)) list_.add_face(face, {place_, values_});
       }
-      if (kind == CellKind::kHex && draw(of_faces_, corners)) list_.add_cell(cell, place_, values_);
+      if (kind == CellKind::kHex && draw(of_faces_, corners)) list_.add_cell(cell, {place_, values_});
     }
     return list_.finish().nodes;
   }
