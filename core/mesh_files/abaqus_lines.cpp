@@ -8,7 +8,6 @@
 #include <filesystem>
 
 #include "core/base/read_file.h"
-#include "core/mesh_import/find_file.h"
 #include "core/mesh_import/mesh_file.h"
 #include "core/mesh_import/text_scanner.h"
 
@@ -63,11 +62,7 @@ bool AbaqusKeyword::has(std::string_view parameter) const {
 }
 
 AbaqusLines::AbaqusLines(std::string_view bytes, const FileOrigin& origin)
-    : max_bytes_(origin.max_bytes), read_bytes_(bytes.size()) {
-  namespace fs = std::filesystem;
-  std::error_code unknown;
-  if (!origin.path.empty()) folders_.push_back(fs::weakly_canonical(fs::absolute(origin.path).parent_path(), unknown));
-  if (!origin.includes.empty()) folders_.push_back(fs::weakly_canonical(fs::absolute(origin.includes), unknown));
+    : named_files_(origin), max_bytes_(origin.max_bytes), read_bytes_(bytes.size()) {
   files_.push_back({origin.path, {}, bytes});
   places_.push_back({0, 0, 0});
 }
@@ -157,30 +152,14 @@ void AbaqusLines::include(std::string_view name) {
   places_.push_back({file, 0, 0});
 }
 
-/// Files that `name` may stand for, canonical. Says of one outside that it is outside, and not whether it is there:
-/// somebody who sends a file must not learn what else there is.
+/// Files that `name` may stand for, canonical.
 std::vector<std::filesystem::path> AbaqusLines::files_to_include(const std::filesystem::path& folder,
                                                                  std::string_view name) const {
-  namespace fs = std::filesystem;
-  std::error_code unknown;
-  std::vector<fs::path> found = find_files(folder, name);
-  std::string slashed(name);
-  std::ranges::replace(slashed, '\\', '/');
-  const fs::path named = folder / slashed;
-  bool is_outside =
-      found.empty() && (fs::is_symlink(named, unknown) || !may_include(fs::weakly_canonical(named, unknown)));
-  for (fs::path& path : found) path = fs::weakly_canonical(path, unknown);
-  is_outside |= std::erase_if(found, [&](const fs::path& path) { return !may_include(path); }) > 0 && found.empty();
-  if (!is_outside) return found;
+  NamedFiles::Found found = named_files_.find(folder, name);
+  if (!found.is_outside) return std::move(found.files);
   fail_at(mark_, ErrorCode::kFileUnreadable,
           in_quotes(printable(name)) + " is outside of the folder of " + files_.front().path +
               ": allow the folder that it is in (--allow-includes), or put the file beside this one");
-}
-
-bool AbaqusLines::may_include(const std::filesystem::path& target) const {
-  return std::ranges::any_of(folders_, [&](const std::filesystem::path& folder) {
-    return std::mismatch(folder.begin(), folder.end(), target.begin(), target.end()).first == folder.end();
-  });
 }
 
 std::size_t AbaqusLines::open(const std::string& path) {

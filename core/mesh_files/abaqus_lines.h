@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/mesh_import/find_file.h"
 #include "core/mesh_import/mesh_file.h"
 
 namespace ccslice {
@@ -75,12 +76,11 @@ class AbaqusLines {
   };
   bool next_raw();
   std::vector<std::filesystem::path> files_to_include(const std::filesystem::path& folder, std::string_view name) const;
-  bool may_include(const std::filesystem::path& target) const;
   std::size_t open(const std::string& path);
 
-  std::vector<std::filesystem::path> folders_;  // That files may be included from, canonical.
-  std::deque<File> files_;                      // Each once, however often it is included.
-  std::vector<Place> places_;                   // The file that is being read is the last one.
+  const NamedFiles named_files_;
+  std::deque<File> files_;     // Each once, however often it is included.
+  std::vector<Place> places_;  // The file that is being read is the last one.
   std::size_t includes_ = 0;
   const std::uint64_t max_bytes_;
   std::uint64_t read_bytes_;  // Of all files, each time counted.

@@ -31,7 +31,7 @@ class VtkReader {
     if (cells_.types.empty()) types_place_ = scanner_.mark();
     finish_cells();
     append_file_channels(std::move(channels_), limits_, file_);
-    appender_.finish_bezier_cells(has_rational_weights_);
+    appender_.finish_bezier_cells(weights_);
     appender_.warn();
     leave_out_unused_vertices(unfit_, scanner_, file_);
     return std::move(file_);
@@ -204,8 +204,8 @@ class VtkReader {
     if (!of_points) return read_cell_data(count);
     VtkAttributes found = read_vtk_attributes(values_, count, limits_.max_channels, unfit_);
     for (const std::string& name : found.left_out) file_.warnings.push_back("point data '" + name + "' left out");
-    has_rational_weights_ |=
-        std::ranges::find(found.channels, kRationalWeights, &NamedChannel::name) != found.channels.end();
+    const auto weights = std::ranges::find(found.channels, kRationalWeights, &NamedChannel::name);
+    if (weights != found.channels.end()) weights_ = weights->values;
     if (found.channels.empty()) return;
     if (!channels_.empty()) scanner_.fail("only one POINT_DATA section", "POINT_DATA");
     channels_ = std::move(found.channels);
@@ -258,7 +258,8 @@ class VtkReader {
   VtkScanner values_;
   TextScanner& scanner_ = values_.text();
   const MeshLimits& limits_;
-  bool offsets_style_ = false, has_rational_weights_ = false;
+  bool offsets_style_ = false;
+  std::vector<float> weights_;  // Of rational Bezier cells, by point, or none.
   VtkCells cells_;
   std::vector<Count> counts_;
   std::uint64_t types_place_ = 0;  // Where their number stands; the end, if there are none.

@@ -4,6 +4,7 @@
 #include "core/mesh_files/read_vtu.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 #include <set>
 #include <string>
@@ -11,12 +12,14 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/read_file.h"
 #include "core/mesh/validate.h"
 #include "core/mesh_files/vtk_cells.h"
 #include "core/mesh_files/vtu_cells.h"
 #include "core/mesh_files/vtu_document.h"
 #include "core/mesh_import/cell_numbers.h"
 #include "core/mesh_import/channels.h"
+#include "core/mesh_import/find_file.h"
 #include "core/mesh_import/used_vertices.h"
 
 namespace ccslice {
@@ -24,15 +27,20 @@ namespace {
 
 class VtuReader {
  public:
-  VtuReader(std::string_view bytes, const MeshLimits& limits) : document_(bytes), limits_(limits) {}
+  VtuReader(std::string_view bytes, const MeshLimits& limits, const FileOrigin& origin)
+      : bytes_(bytes), limits_(limits), origin_(origin) {}
 
   MeshFile read();
 
  private:
+  void read_partition(const VtuDocument& partition);
+  std::filesystem::path path_of(const VtuDocument& partition, pugi::xml_node piece, const NamedFiles& files) const;
+  void read_pieces(const VtuDocument& document);
   void read_piece(pugi::xml_node piece);
   void read_points(pugi::xml_node piece, std::uint64_t count);
   void read_cells(pugi::xml_node piece, std::uint64_t count);
   void read_point_data(pugi::xml_node piece);
+  void read_weights(pugi::xml_node data);
   void read_channels(pugi::xml_node array, const std::string& name);
   void read_cell_data(pugi::xml_node piece, std::uint64_t count);
   bool read_cell_numbers(pugi::xml_node array, std::uint64_t count);
@@ -43,12 +51,15 @@ class VtuReader {
   std::optional<std::int64_t> read_named_number(pugi::xml_node array);
   void warn();
 
-  VtuDocument document_;
+  const std::string_view bytes_;
+  const VtuDocument* document_ = nullptr;  // The one that is being read.
   const MeshLimits& limits_;
+  const FileOrigin& origin_;
   MeshFile file_;
   UnfitNumbers unfit_;
   std::uint64_t pieces_ = 0, cells_ = 0, ghosts_ = 0;
-  bool has_rational_weights_ = false;
+  bool is_partition_ = false;
+  std::vector<float> weights_;              // Of rational Bezier cells, by point, or none.
   std::uint32_t first_point_ = 0;           // Of the piece.
   std::vector<std::uint32_t> piece_cells_;  // Which of the piece's cells are the mesh's last ones.
   std::vector<NamedChannel> channels_;
@@ -57,29 +68,90 @@ class VtuReader {
 };
 
 MeshFile VtuReader::read() {
-  const auto has_points = [](pugi::xml_node piece) {
-    return std::string_view(piece.attribute("NumberOfPoints").value()) != "0";
-  };
-  for (const pugi::xml_node piece : document_.grid().children("Piece")) {
-    if (has_points(piece)) read_piece(piece);
+  const VtuDocument document(bytes_);
+  is_partition_ = document.is_partition();
+  if (is_partition_) {
+    read_partition(document);
+  } else {
+    read_pieces(document);
   }
+  document_ = &document;
   if (pieces_ == 0) throw Error(ErrorCode::kMeshEmpty, "the file has no Piece with points; " + kNeedsVolumeCells);
   if (file_.mesh.cell_kinds.empty()) {
     throw Error(ErrorCode::kMeshEmpty, "the file has no hexahedra, tetrahedra or wedges; " + kNeedsVolumeCells);
   }
   read_number_names();
   append_file_channels(std::move(channels_), limits_, file_);
-  appender_.finish_bezier_cells(has_rational_weights_);
+  if (!weights_.empty()) weights_.resize(file_.mesh.vertex_count(), 1);
+  appender_.finish_bezier_cells(weights_);
   appender_.warn();
-  leave_out_unused_vertices(unfit_, document_.place(), file_);
+  leave_out_unused_vertices({}, document.place(), file_);
   warn();
   return std::move(file_);
 }
 
+/// Says which piece a failure is of.
+void VtuReader::read_partition(const VtuDocument& partition) {
+  const NamedFiles files(origin_);
+  std::uint64_t room = origin_.max_bytes - std::min<std::uint64_t>(origin_.max_bytes, bytes_.size());
+  for (const pugi::xml_node piece : partition.grid().children("Piece")) {
+    const std::filesystem::path path = path_of(partition, piece, files);
+    try {
+      const std::string bytes = read_file_bytes(path.string(), room);
+      room -= bytes.size();
+      const VtuDocument document(bytes);
+      if (document.is_partition()) {
+        throw Error(ErrorCode::kFileUnsupported, "it names other files, and should be a .vtu; write the file anew");
+      }
+      read_pieces(document);
+    } catch (const Error& error) {
+      throw Error(error.code(), "piece " + in_quotes(printable(path.filename().string())) + ": " + error.what(),
+                  error.field(), error.ids());
+    }
+  }
+}
+
+std::filesystem::path VtuReader::path_of(const VtuDocument& partition, pugi::xml_node piece,
+                                         const NamedFiles& files) const {
+  const std::string name = piece.attribute("Source").value(), shown = in_quotes(printable(name));
+  if (name.empty()) partition.fail(piece, ErrorCode::kFileSyntax, "the Piece has no Source; write the file anew");
+  if (origin_.path.empty()) {
+    partition.fail(piece, ErrorCode::kFileUnsupported,
+                   "the file names its pieces, such as " + shown +
+                       ", which can't be told from its bytes alone: merge them into one .vtu, as ParaView does when it "
+                       "saves a data set");
+  }
+  const NamedFiles::Found found = files.find(std::filesystem::path(origin_.path).parent_path(), name);
+  if (found.files.size() == 1) return found.files.front();
+  const std::string beside = " the folder of " + printable(origin_.path);
+  if (found.is_outside) {
+    partition.fail(piece, ErrorCode::kFileUnreadable,
+                   "piece " + shown + " is outside of" + beside +
+                       ": allow the folder that it is in (--allow-includes), or put all pieces beside this file");
+  }
+  partition.fail(piece, ErrorCode::kFileUnreadable,
+                 (found.files.empty() ? "there is no file " + shown
+                                      : std::to_string(found.files.size()) + " files are called " + shown +
+                                            " but for the case of letters") +
+                     " in" + beside + ", which names it: put all pieces there");
+}
+
+void VtuReader::read_pieces(const VtuDocument& document) {
+  const auto has_points = [](pugi::xml_node piece) {
+    return std::string_view(piece.attribute("NumberOfPoints").value()) != "0";
+  };
+  document_ = &document;
+  for (const pugi::xml_node piece : document.grid().children("Piece")) {
+    if (has_points(piece)) read_piece(piece);
+  }
+  // No cell beyond the file uses its points.
+  if (!unfit_.empty()) std::exchange(unfit_, {}).throw_if_used(used_nodes(file_), file_.numbers, document.place());
+}
+
 void VtuReader::read_piece(pugi::xml_node piece) {
   const std::uint64_t points =
-      document_.count(piece, "NumberOfPoints", limits_.max_vertices - file_.mesh.vertex_count());
-  const std::uint64_t cells = document_.count(piece, "NumberOfCells", limits_.max_cells - cells_);
+      document_->count(piece, "NumberOfPoints", limits_.max_vertices - file_.mesh.vertex_count());
+  const std::uint64_t cells = document_->count(piece, "NumberOfCells", limits_.max_cells - cells_);
   cells_ += cells;
   read_points(piece, points);
   read_cells(piece, cells);
@@ -91,11 +163,11 @@ void VtuReader::read_piece(pugi::xml_node piece) {
 }
 
 void VtuReader::read_points(pugi::xml_node piece, std::uint64_t count) {
-  const pugi::xml_node array = document_.require(document_.require(piece, "Points"), "DataArray");
-  if (document_.count(array, "NumberOfComponents", 3, 1) != 3) {
-    document_.fail(array, ErrorCode::kFileSyntax, "points need 3 components (NumberOfComponents)");
+  const pugi::xml_node array = document_->require(document_->require(piece, "Points"), "DataArray");
+  if (document_->count(array, "NumberOfComponents", 3, 1) != 3) {
+    document_->fail(array, ErrorCode::kFileSyntax, "points need 3 components (NumberOfComponents)");
   }
-  VtuNumbers numbers = document_.open(array, 3 * count);
+  VtuNumbers numbers = document_->open(array, 3 * count);
   std::vector<Vec3>& positions = file_.mesh.positions;
   first_point_ = static_cast<std::uint32_t>(positions.size());
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -108,14 +180,14 @@ void VtuReader::read_points(pugi::xml_node piece, std::uint64_t count) {
 void VtuReader::read_cells(pugi::xml_node piece, std::uint64_t count) {
   piece_cells_.clear();
   if (count == 0) return;
-  VtkCells cells = read_vtu_cells(document_, piece, count, file_.mesh.vertex_count() - first_point_, limits_);
+  VtkCells cells = read_vtu_cells(*document_, piece, count, file_.mesh.vertex_count() - first_point_, limits_);
   for (std::uint32_t& point : cells.connectivity) point += first_point_;
   if (cells.faces) {
     for (std::uint32_t& point : cells.faces->points) point += first_point_;
   }
   cells.first_number = cells_ - count;
   ghosts_ += static_cast<std::uint64_t>(std::ranges::count(cells.ghosts, true));
-  piece_cells_ = appender_.append(cells, document_.place());
+  piece_cells_ = appender_.append(cells, document_->place());
 }
 
 void VtuReader::read_point_data(pugi::xml_node piece) {
@@ -123,7 +195,7 @@ void VtuReader::read_point_data(pugi::xml_node piece) {
   constexpr const char* kNoChannels[] = {"Normals", "Tensors", "TCoords", "GlobalIds", "PedigreeIds", kRationalWeights};
   std::set<std::string> no_channels = {kVtkGhosts};
   for (const char* attribute : kNoChannels) no_channels.insert(data.attribute(attribute).value());
-  has_rational_weights_ |= data.attribute(kRationalWeights) || data.find_child_by_attribute("Name", kRationalWeights);
+  read_weights(data);
   std::set<std::string> read;
   for (const pugi::xml_node array : data.children()) {
     if (array.type() != pugi::node_element) continue;
@@ -139,14 +211,28 @@ void VtuReader::read_point_data(pugi::xml_node piece) {
   }
 }
 
+void VtuReader::read_weights(pugi::xml_node data) {
+  const pugi::xml_attribute name = data.attribute(kRationalWeights);
+  const pugi::xml_node array =
+      data.find_child_by_attribute("DataArray", "Name", name ? name.value() : kRationalWeights);
+  if (!array) return;
+  document_->count(array, "NumberOfComponents", 1, 1);
+  VtuNumbers numbers = document_->open(array, file_.mesh.vertex_count() - first_point_);
+  weights_.resize(first_point_, 1);
+  while (weights_.size() < file_.mesh.vertex_count()) {
+    weights_.push_back(static_cast<float>(numbers.values().any_real("a weight")));
+  }
+  numbers.require_end();
+}
+
 void VtuReader::read_channels(pugi::xml_node array, const std::string& name) {
-  const std::uint64_t components = document_.count(array, "NumberOfComponents", limits_.max_channels, 1);
+  const std::uint64_t components = document_->count(array, "NumberOfComponents", limits_.max_channels, 1);
   std::vector<NamedChannel*> channels;
   const std::vector<NamedChannel> opened = open_channels(name, components);
   if (pieces_ == 0 && channels_.size() + components > limits_.max_channels) {
-    document_.fail(array, ErrorCode::kMeshTooLarge,
-                   "point data '" + printable(name) + "' makes more than " + std::to_string(limits_.max_channels) +
-                       " channels; save fewer arrays");
+    document_->fail(array, ErrorCode::kMeshTooLarge,
+                    "point data '" + printable(name) + "' makes more than " + std::to_string(limits_.max_channels) +
+                        " channels; save fewer arrays");
   }
   const std::size_t known = channels_.size();
   if (pieces_ == 0) channels_.insert(channels_.end(), opened.begin(), opened.end());
@@ -160,7 +246,7 @@ void VtuReader::read_channels(pugi::xml_node array, const std::string& name) {
     }
     channels.push_back(&*found);
   }
-  VtuNumbers numbers = document_.open(array, components * (file_.mesh.vertex_count() - first_point_));
+  VtuNumbers numbers = document_->open(array, components * (file_.mesh.vertex_count() - first_point_));
   for (std::uint32_t vertex = first_point_; vertex < file_.mesh.vertex_count(); ++vertex) {
     for (NamedChannel* channel : channels) {
       channel->values.push_back(unfit_.value(numbers.values().any_real("a value"), vertex, "a value", numbers.text()));
@@ -191,7 +277,7 @@ bool VtuReader::read_cell_numbers(pugi::xml_node array, std::uint64_t count) {
   const std::optional<std::size_t> first = place_of_numbers(array.attribute("Name").value(), components);
   if (!first) return false;
   std::vector<double> values;
-  VtuNumbers numbers = document_.open(array, count * components);
+  VtuNumbers numbers = document_->open(array, count * components);
   for (std::uint64_t i = 0; i < count * components; ++i) values.push_back(numbers.values().any_real("a value"));
   numbers.require_end();
   for (std::size_t i = 0; i < components; ++i) {
@@ -232,7 +318,7 @@ void VtuReader::drop_partial_numbers() {
 /// Nothing where no whole number can be read, which is no reason to refuse the mesh.
 std::optional<std::int64_t> VtuReader::read_named_number(pugi::xml_node array) {
   try {
-    VtuNumbers values = document_.open(array, 1);
+    VtuNumbers values = document_->open(array, 1);
     const double number = values.values().any_real("a number with a name");
     values.require_end();
     return exact_integer(number);
@@ -248,7 +334,7 @@ void VtuReader::read_number_names() {
   for (CellNumbers& numbers : file_.cell_numbers) {
     std::set<std::string> used;
     bool fits = true;
-    for (const pugi::xml_node array : document_.grid().child("FieldData").children("DataArray")) {
+    for (const pugi::xml_node array : document_->grid().child("FieldData").children("DataArray")) {
       const std::string_view name = array.attribute("Name").value();
       if (!name.starts_with(numbers.name) || name.substr(numbers.name.size(), 1) != ":") continue;
       const bool is_number = VtkScanner::block_value_bytes(array.attribute("type").value()) > 0 &&
@@ -280,7 +366,9 @@ void VtuReader::drop_partial_channels() {
 void VtuReader::warn() {
   if (ghosts_ > 0) {
     const std::string lone =
-        pieces_ > 1 ? "" : ", and this is one piece only: merge all into one .vtu, as ParaView does";
+        pieces_ > 1 || is_partition_
+            ? ""
+            : ", and this is one piece only: give the .pvtu that names all, or merge all into one .vtu";
     file_.warnings.push_back(std::to_string(ghosts_) + " ghost cells left out: other pieces have them" + lone);
   }
   std::set<std::string> said;
@@ -291,6 +379,8 @@ void VtuReader::warn() {
 
 }  // namespace
 
-MeshFile read_vtu(std::string_view bytes, const MeshLimits& limits) { return VtuReader(bytes, limits).read(); }
+MeshFile read_vtu(std::string_view bytes, const MeshLimits& limits, const FileOrigin& origin) {
+  return VtuReader(bytes, limits, origin).read();
+}
 
 }  // namespace ccslice

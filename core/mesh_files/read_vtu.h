@@ -5,9 +5,11 @@
 // plain or compressed with zlib, LZ4 or LZMA, in either byte order. Cells and point data become what they do in legacy
 // files (core/mesh_files/read_vtk.h).
 //
-// PIECES are merged: a point that lies exactly where a point of an earlier piece does is the same vertex, with the
-// earlier one's values. Cells that VTK marks as copies of another piece's (vtkGhostType) are left out. A channel has to
-// be in every piece.
+// PIECES are read one after another. Points that they share are joined later (core/mesh_import/join_points.h). Cells
+// that VTK marks as copies of another piece's (vtkGhostType) are left out. A channel has to be in every piece.
+//
+// PARTITIONS: a .pvtu names a .vtu for each piece. They are read in its order as if they were pieces of one file, and
+// so are points and cells counted.
 
 #pragma once
 
@@ -19,7 +21,8 @@
 namespace ccslice {
 
 /// Throws Error{kFileSyntax, kFileUnsupported, kMeshNonFinite, kMeshTooLarge, kMeshUnsupportedCell,
-/// kMeshIndexOutOfRange, kMeshEmpty}; messages name the byte (of encoded arrays the first one), or the cells.
-MeshFile read_vtu(std::string_view bytes, const MeshLimits& limits = {});
+/// kMeshIndexOutOfRange, kMeshEmpty}; messages name the byte (of encoded arrays the first one), or the cells. The
+/// pieces of a .pvtu have to be in the folder of origin.path, in origin.includes, or below: Error{kFileUnreadable}.
+MeshFile read_vtu(std::string_view bytes, const MeshLimits& limits = {}, const FileOrigin& origin = {});
 
 }  // namespace ccslice

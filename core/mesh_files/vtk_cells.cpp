@@ -5,12 +5,15 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <map>
 #include <span>
 #include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/mesh/cell_complex.h"
 #include "core/mesh_files/bezier_nodes.h"
 #include "core/mesh_import/mid_nodes.h"
@@ -137,6 +140,11 @@ void VtkCellAppender::append_cell(const VtkCells& cells, std::size_t cell, const
   }
   if (type.pyramid) mesh.cell_vertices.insert(mesh.cell_vertices.end(), 3, mesh.cell_vertices.back());
   mesh.cell_kinds.push_back(type.kind);
+  if (type.family == VtkFamily::kBezier) {
+    const auto first = cells.connectivity.begin() + static_cast<std::ptrdiff_t>(begin);
+    bezier_points_.insert(bezier_points_.end(), first, first + static_cast<std::ptrdiff_t>(points));
+    bezier_cells_.push_back({cells.first_number + cell, bezier_points_.size()});
+  }
   if (*degree == 2) keep_nodes(cells, cell, type, scanner);
   higher_order_ += *degree == 3;
   if (*degree == 3) leave_out_nodes(cells, cell, type, scanner);
@@ -244,23 +252,39 @@ void VtkCellAppender::append_polyhedron(const VtkCells& cells, std::size_t cell,
   mesh.cell_vertices.insert(mesh.cell_vertices.end(), found->corners.begin(), found->corners.end());
 }
 
-void VtkCellAppender::finish_bezier_cells(bool rational) {
-  if (!rational) return make_nodes_of_control_points(bezier_, file_);
-  rational_ = bezier_.size();
-  std::vector<bool> dropped(file_.second_order.cells.size());
-  for (const std::size_t place : bezier_) dropped[place] = true;
-  SecondOrderCells kept;
-  for (std::size_t i = 0; i < dropped.size(); ++i) {
-    if (dropped[i]) continue;
-    const SecondOrderCells& all = file_.second_order;
-    const std::uint64_t end = i + 1 < all.cells.size() ? all.first_nodes[i + 1] : all.nodes.size();
-    kept.cells.push_back(all.cells[i]);
-    kept.first_nodes.push_back(kept.nodes.size());
-    const auto nodes = all.nodes.begin();
-    kept.nodes.insert(kept.nodes.end(), nodes + static_cast<std::ptrdiff_t>(all.first_nodes[i]),
-                      nodes + static_cast<std::ptrdiff_t>(end));
+void VtkCellAppender::refuse_rational_cells(std::span<const float> weights) const {
+  constexpr float kSame = 1e-6f;
+  Tally rational;
+  std::pair<float, float> of_first;
+  std::size_t begin = 0;
+  for (const BezierCell& cell : bezier_cells_) {
+    float least = weights[bezier_points_[begin]], most = least;
+    bool same = true;
+    for (; begin < cell.end_point; ++begin) {
+      const float weight = weights[bezier_points_[begin]];
+      least = std::min(least, weight);
+      most = std::max(most, weight);
+      same = same && most - least <= kSame * std::abs(most);  // Not if one is NaN.
+    }
+    if (same) continue;
+    if (rational.count == 0) of_first = {least, most};
+    rational.add(cell.number);
   }
-  file_.second_order = std::move(kept);
+  if (rational.count == 0) return;
+  constexpr int kDigits = 6;
+  throw Error(ErrorCode::kMeshUnsupportedCell,
+              std::to_string(rational.count) + " rational Bezier cell" + (rational.count == 1 ? "" : "s") + " (cell" +
+                  (rational.count == 1 ? " " : "s ") + rational.ids() + ", counted from 0; " + kRationalWeights +
+                  " of the first from " + number_text(of_first.first, kDigits) + " to " +
+                  number_text(of_first.second, kDigits) +
+                  "), of which only those with equal weights are read; save the part with Lagrange cells of second "
+                  "order, or with straight ones that are small enough",
+              "cells", rational.first_ids);
+}
+
+void VtkCellAppender::finish_bezier_cells(std::span<const float> weights) {
+  if (!weights.empty()) refuse_rational_cells(weights);
+  make_nodes_of_control_points(bezier_, file_);
 }
 
 void VtkCellAppender::warn() {
@@ -268,7 +292,6 @@ void VtkCellAppender::warn() {
     if (count > 0) file_.warnings.push_back(std::to_string(count) + " " + text);
   };
   note_higher_order(higher_order_, "in second order", file_);
-  note(rational_, "Bezier cells with rational weights taken by their corners: curved edges become straight");
   note(with_other_nodes_, "cells have nodes in the middle of triangles or of themselves, which are left out");
   note(flat_.count, "points, lines or faces among the cells left out (cells " + flat_.ids() + ")");
 }

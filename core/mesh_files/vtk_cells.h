@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -52,9 +53,10 @@ class VtkCellAppender {
   /// kFileSyntax, kMeshIndexOutOfRange}, which name the place by `scanner`. REQUIRES: one offset more than types, the
   /// last one in range; the mesh has its vertices.
   std::vector<std::uint32_t> append(const VtkCells& cells, const TextScanner& scanner);
-  /// Makes nodes of the control points of Bezier cells, once the mesh has its channels. With `rational` weights these
-  /// cells are taken by their corners.
-  void finish_bezier_cells(bool rational);
+  /// Makes nodes of the control points of Bezier cells, once the mesh has its channels. `weights`: of the points, or
+  /// none. Throws Error{kMeshUnsupportedCell} that names the cells whose weights differ, since these are rational.
+  /// Equal ones change nothing.
+  void finish_bezier_cells(std::span<const float> weights);
   /// A sentence on each kind of cells that isn't taken as it is.
   void warn();
 
@@ -68,6 +70,13 @@ class VtkCellAppender {
     std::string ids() const;
   };
 
+  /// A cell of the file, and where its points end.
+  struct BezierCell {
+    std::uint64_t number;
+    std::size_t end_point;
+  };
+
+  void refuse_rational_cells(std::span<const float> weights) const;
   void append_cell(const VtkCells& cells, std::size_t cell, const VtkCellType& type, const TextScanner& scanner);
   void keep_nodes(const VtkCells& cells, std::size_t cell, const VtkCellType& type, const TextScanner& scanner);
   void leave_out_nodes(const VtkCells& cells, std::size_t cell, const VtkCellType& type, const TextScanner& scanner);
@@ -80,8 +89,10 @@ class VtkCellAppender {
 
   MeshFile& file_;
   Tally flat_;
-  std::size_t higher_order_ = 0, with_other_nodes_ = 0, rational_ = 0;
-  std::vector<std::size_t> bezier_;  // Places in second_order.
+  std::size_t higher_order_ = 0, with_other_nodes_ = 0;
+  std::vector<std::size_t> bezier_;           // Those of second order: places in second_order.
+  std::vector<BezierCell> bezier_cells_;      // Of any order.
+  std::vector<std::uint32_t> bezier_points_;  // Of one such cell after the other.
 };
 
 }  // namespace ccslice

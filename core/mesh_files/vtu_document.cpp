@@ -115,7 +115,8 @@ void VtuDocument::cut_appended_data() {
 void VtuDocument::read_coding(pugi::xml_node root) {
   if (!root) place_.fail_at(0, ErrorCode::kFileUnsupported, name_unread_xml(document_.document_element().name()));
   const std::string_view type = root.attribute("type").value();
-  if (type != "UnstructuredGrid") {
+  is_partition_ = type == "PUnstructuredGrid";
+  if (type != "UnstructuredGrid" && !is_partition_) {
     fail(root, ErrorCode::kFileUnsupported,
          "data set " + in_quotes(printable(type)) + " is not read; " + remedy_for(type));
   }
@@ -135,8 +136,10 @@ void VtuDocument::read_coding(pugi::xml_node root) {
   coding_.header_word_bytes = header == "UInt64" ? 8 : 4;
   const std::string_view compressor = root.attribute("compressor").value();
   coding_.compressor = compressor_called(compressor);
-  grid_ = root.child("UnstructuredGrid");
-  if (!grid_) fail(root, ErrorCode::kFileSyntax, "the file has no UnstructuredGrid element; write it anew");
+  grid_ = root.child(std::string(type).c_str());
+  if (!grid_) {
+    fail(root, ErrorCode::kFileSyntax, "the file has no " + std::string(type) + " element; write it anew");
+  }
 }
 
 pugi::xml_node VtuDocument::require(pugi::xml_node parent, const char* element, const char* name) const {

@@ -44,8 +44,10 @@ class VtuDocument {
   /// `bytes` must outlive the document. Throws Error{kFileSyntax, kFileUnsupported} for what is no XML, or no grid.
   explicit VtuDocument(std::string_view bytes);
 
-  /// The element UnstructuredGrid.
+  /// The element UnstructuredGrid, or PUnstructuredGrid.
   pugi::xml_node grid() const { return grid_; }
+  /// Whether the file only names others that hold its pieces (.pvtu).
+  bool is_partition() const { return is_partition_; }
   /// For failures: names bytes of the file.
   const TextScanner& place() const { return place_; }
   [[noreturn]] void fail(pugi::xml_node at, ErrorCode code, const std::string& message) const;
@@ -72,7 +74,7 @@ class VtuDocument {
   VtuCoding coding_;
   std::pair<int, int> version_;
   std::string_view appended_;  // From the byte behind the underscore on.
-  bool has_appended_ = false, appended_base64_ = false;
+  bool has_appended_ = false, appended_base64_ = false, is_partition_ = false;
 };
 
 }  // namespace ccslice

@@ -62,4 +62,30 @@ std::vector<fs::path> find_files(const fs::path& folder, std::string_view name) 
   return paths;
 }
 
+NamedFiles::NamedFiles(const FileOrigin& origin) {
+  std::error_code unknown;
+  if (!origin.path.empty()) folders_.push_back(fs::weakly_canonical(fs::absolute(origin.path).parent_path(), unknown));
+  if (!origin.includes.empty()) folders_.push_back(fs::weakly_canonical(fs::absolute(origin.includes), unknown));
+}
+
+NamedFiles::Found NamedFiles::find(const fs::path& folder, std::string_view name) const {
+  std::error_code unknown;
+  Found found{find_files(folder, name)};
+  std::string slashed(name);
+  std::ranges::replace(slashed, '\\', '/');
+  const fs::path named = folder / slashed;
+  found.is_outside =
+      found.files.empty() && (fs::is_symlink(named, unknown) || !may_name(fs::weakly_canonical(named, unknown)));
+  for (fs::path& path : found.files) path = fs::weakly_canonical(path, unknown);
+  found.is_outside |=
+      std::erase_if(found.files, [&](const fs::path& path) { return !may_name(path); }) > 0 && found.files.empty();
+  return found;
+}
+
+bool NamedFiles::may_name(const fs::path& target) const {
+  return std::ranges::any_of(folders_, [&](const fs::path& folder) {
+    return std::mismatch(folder.begin(), folder.end(), target.begin(), target.end()).first == folder.end();
+  });
+}
+
 }  // namespace ccslice

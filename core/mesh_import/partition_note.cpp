@@ -72,10 +72,8 @@ void add_partition_note(const std::string& path, MeshFile& file) {
     for (const fs::path& other : files_in(place)) {
       if (other.extension() != ".pvtu" || ++looked_at > kMostPvtu) continue;
       if (!names_among_others(other, name)) continue;
-      file.warnings.push_back(
-          "this is one piece of '" + echoed(other.filename().string()) +
-          "' only, and not the whole part: merge the pieces into one .vtu, as ParaView does when it "
-          "saves a data set");
+      file.warnings.push_back("this is one piece of '" + echoed(other.filename().string()) +
+                              "' only, and not the whole part: give that file instead");
       return;
     }
   }

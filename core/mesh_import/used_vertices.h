@@ -39,6 +39,8 @@ class UnfitNumbers {
   double coordinate(double value, std::size_t vertex, std::string_view what, std::uint64_t mark,
                     std::string_view token);
 
+  bool empty() const { return numbers_.empty(); }
+
   struct Complaint {
     std::uint64_t mark;
     std::string message;

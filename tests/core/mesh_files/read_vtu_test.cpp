@@ -5,10 +5,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
+#include <fstream>
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/read_file.h"
 #include "core/mesh/validate.h"
@@ -20,6 +24,7 @@
 namespace ccslice {
 namespace {
 
+namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -350,7 +355,77 @@ TEST(ReadVtu, SaysThatALonePieceIsOne) {
   const MeshFile file = read_vtu(whole(piece(5, kTetPoints + " 1 1 1", 2, "0 1 2 3 1 2 3 4", "4 8", "10 10", ghosts)));
   EXPECT_EQ(file.mesh.cell_count(), 1u);
   EXPECT_THAT(file.warnings, testing::Contains("1 ghost cells left out: other pieces have them, and this is one piece "
-                                               "only: merge all into one .vtu, as ParaView does"));
+                                               "only: give the .pvtu that names all, or merge all into one .vtu"));
+}
+
+/// A folder with a .pvtu and what it names.
+class ReadPvtu : public testing::Test {
+ protected:
+  ReadPvtu() { fs::create_directories(folder_ / "pieces"); }
+  ~ReadPvtu() override { fs::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+  static std::string naming(const std::vector<std::string>& sources) {
+    std::string pieces;
+    for (const std::string& source : sources) pieces += "<Piece Source=\"" + source + "\"/>";
+    return "<?xml version=\"1.0\"?><VTKFile type=\"PUnstructuredGrid\" version=\"0.1\"><PUnstructuredGrid "
+           "GhostLevel=\"0\">" +
+           pieces + "</PUnstructuredGrid></VTKFile>";
+  }
+  MeshFile read(const std::vector<std::string>& sources, const FileOrigin& more = {}) const {
+    FileOrigin origin = more;
+    origin.path = (folder_ / "part.pvtu").string();
+    return read_vtu(naming(sources), {}, origin);
+  }
+  void refused(const std::vector<std::string>& sources, ErrorCode code, const std::string& part) const {
+    expect_error([&] { (void)read(sources); }, code, part);
+  }
+
+  const fs::path folder_ = fs::path(testing::TempDir()) / ("ccslice_read_pvtu_" + std::to_string(getpid()));
+};
+
+TEST_F(ReadPvtu, ReadsAllPiecesAsOneFile) {
+  const auto heat = [](const std::string& values) { return point_data(array("heat", "Float32", values)); };
+  const std::string beside = piece(4, "0 0 0  0 1 0  1 0 0  0 0 -1", 1, "0 1 2 3", "4", "10", heat("1 3 2 5"));
+  write("pieces/a.vtu", whole(tet(heat("1 2 3 4"))));
+  write("empty.vtu", whole(piece(0, "", 0, "", "", "")));
+  write("b.vtu", whole(beside));
+  MeshFile file = read({"pieces/a.vtu", "empty.vtu", "B.vtu"});
+  EXPECT_EQ(file.mesh.cell_count(), 2u);
+  EXPECT_THAT(file.numbers.cells, ElementsAre(0, 1));
+  EXPECT_THAT(file.numbers.vertices, ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
+  EXPECT_THAT(file.mesh.channel_values, ElementsAre(1, 2, 3, 4, 1, 3, 2, 5));
+  EXPECT_EQ(join_points(0, file.mesh, file.numbers).places, 3u);
+}
+
+TEST_F(ReadPvtu, RefusesPiecesThatCannotBeRead) {
+  write("a.vtu", whole(tet()));
+  write("part.pvtu", naming({"a.vtu"}));
+  write("nan.vtu", whole(with_replaced(tet(), "0 0 1", "0 0 nan")));
+  refused({}, ErrorCode::kMeshEmpty, "no Piece with points");
+  refused({"a.vtu", "b.vtu"}, ErrorCode::kFileUnreadable, "there is no file 'b.vtu' in the folder of");
+  refused({"../b.vtu"}, ErrorCode::kFileUnreadable, "piece '../b.vtu' is outside of the folder of");
+  refused({""}, ErrorCode::kFileSyntax, "the Piece has no Source");
+  refused({"part.pvtu"}, ErrorCode::kFileUnsupported, "piece 'part.pvtu': it names other files, and should be a .vtu");
+  refused({"a.vtu", "nan.vtu"}, ErrorCode::kMeshNonFinite, "piece 'nan.vtu': byte ");
+  refused({"a.vtu", "nan.vtu"}, ErrorCode::kMeshNonFinite, "a coordinate of point 7");
+  expect_error([&] { read_vtu(naming({"a.vtu"})); }, ErrorCode::kFileUnsupported,
+               "'a.vtu', which can't be told from its bytes alone: merge them into one .vtu");
+  FileOrigin small;
+  small.max_bytes = naming({"a.vtu"}).size() + 10;
+  expect_error([&] { (void)read({"a.vtu"}, small); }, ErrorCode::kMeshTooLarge, "piece 'a.vtu': ");
+}
+
+TEST_F(ReadPvtu, TakesPiecesOfAnotherFolderThatIsAllowed) {
+  const fs::path other = folder_.string() + "_other";
+  fs::create_directories(other);
+  std::ofstream(other / "c.vtu") << whole(tet());
+  const std::string source = "../" + other.filename().string() + "/c.vtu";
+  refused({source}, ErrorCode::kFileUnreadable, "(--allow-includes)");
+  FileOrigin origin;
+  origin.includes = other.string();
+  EXPECT_EQ(read({source}, origin).mesh.cell_count(), 1u);
+  fs::remove_all(other);
 }
 
 TEST(ReadVtu, RefusesWhatItDoesNotKnowWithARemedy) {
@@ -358,7 +433,7 @@ TEST(ReadVtu, RefusesWhatItDoesNotKnowWithARemedy) {
   const auto refuse = [&](const std::string& from, const std::string& to, const std::string& part) {
     expect(with_replaced(text, from, to), ErrorCode::kFileUnsupported, part);
   };
-  refuse("type=\"UnstructuredGrid\"", "type=\"PUnstructuredGrid\"", "merge its pieces into one .vtu");
+  refuse("type=\"UnstructuredGrid\"", "type=\"PRectilinearGrid\"", "merge its pieces into one .vtu");
   refuse("type=\"UnstructuredGrid\"", "type=\"PolyData\"", "it holds a surface only; a solid needs volume cells");
   refuse("type=\"UnstructuredGrid\"", "type=\"ImageData\"", "save the mesh as UnstructuredGrid");
   refuse("<?xml version=\"1.0\"?>", "<?xml version=\"1.0\" encoding=\"UTF-16\"?>", "save it as UTF-8");

@@ -93,7 +93,7 @@ TEST(UnreadFormats, InXmlAreNamedByTheirOutermostElement) {
   refused("<dolfin xmlns:dolfin=\"http://fenicsproject.org\"/>", "DOLFIN");
   refused("<svg/>", "this is XML, but no file of VTK's");
   refused("<VTKFile type=\"Collection\"><Collection/></VTKFile>", "it names other files: give the .vtu that is meant");
-  refused("<VTKFile type=\"PUnstructuredGrid\"/>", "merge its pieces into one .vtu");
+  refused("<VTKFile type=\"PImageData\"/>", "merge its pieces into one .vtu");
 }
 
 // Abaqus has no comments with '$', but anything in a heading, and no keywords with '_'.

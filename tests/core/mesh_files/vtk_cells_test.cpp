@@ -199,17 +199,51 @@ TEST(VtkCells, ControlPointsOfSeveralEdgesBecomeSeveralNodes) {
   EXPECT_EQ(other.mesh.mid_nodes.positions[0], Vec3(2, 0, 0.5));
 }
 
-TEST(VtkCells, WithRationalWeightsAreTakenByTheirCorners) {
+TEST(VtkCells, WithRationalWeightsAreRefusedUnlessTheseAreEqual) {
   std::string text = hexahedron_of_27("5.1", false);
   text.replace(text.rfind("72"), 2, "79");
-  EXPECT_EQ(read_vtk(text).mesh.mid_nodes.cells.size(), 1u);
-  std::string weights = "POINT_DATA 27\nSCALARS RationalWeights double\nLOOKUP_TABLE default\n";
-  for (int i = 0; i < 27; ++i) weights += "0.5 ";
-  const MeshFile file = read_vtk(text + weights);
-  EXPECT_TRUE(file.mesh.mid_nodes.empty());
-  EXPECT_THAT(file.warnings,
-              Contains("1 Bezier cells with rational weights taken by their corners: curved edges become "
-                       "straight"));
+  const MeshFile plain = read_vtk(text);
+  EXPECT_EQ(plain.mesh.mid_nodes.cells.size(), 1u);
+  const auto with_weights = [&](const std::string& last) {
+    std::string weights = "POINT_DATA 27\nSCALARS RationalWeights double\nLOOKUP_TABLE default\n";
+    for (int i = 0; i < 26; ++i) weights += "0.5 ";
+    return text + weights + last;
+  };
+  const MeshFile equal = read_vtk(with_weights("0.5"));
+  EXPECT_EQ(equal.mesh.mid_nodes.positions, plain.mesh.mid_nodes.positions);
+  for (const char* other : {"0.501", "-0.5"}) {
+    expect_error([&] { read_vtk(with_weights(other)); }, ErrorCode::kMeshUnsupportedCell,
+                 "1 rational Bezier cell (cell 0, counted from 0; RationalWeights of the first from ");
+  }
+  std::string lagrange = with_weights("0.501");
+  lagrange.replace(lagrange.find("CELL_TYPES 1\n79") + 13, 2, "72");
+  EXPECT_NO_THROW(read_vtk(lagrange)) << "the weights of other cells say nothing";
+}
+
+TEST(VtkCells, OfVtuFilesWithRationalWeightsAreRefusedByTheirNumbers) {
+  const auto file = [](const std::string& attribute, const std::string& name, const std::string& weights) {
+    const auto array = [](const std::string& called, const std::string& type, const std::string& values) {
+      return "<DataArray type=\"" + type + "\" Name=\"" + called + "\" format=\"ascii\">" + values + "</DataArray>";
+    };
+    const auto piece = [&](const std::string& data) {
+      return "<Piece NumberOfPoints=\"4\" NumberOfCells=\"1\">" + data +
+             "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0 0 0 1"
+             "</DataArray></Points><Cells>" +
+             array("connectivity", "Int64", "0 1 2 3") + array("offsets", "Int64", "4") +
+             array("types", "UInt8", "78") + "</Cells></Piece>";
+    };
+    return "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\"><UnstructuredGrid>" + piece("") +
+           piece("<PointData" + attribute + ">" + array(name, "Float64", weights) + "</PointData>") +
+           "</UnstructuredGrid></VTKFile>";
+  };
+  EXPECT_EQ(read_vtu(file("", "RationalWeights", "1 1 1 1")).mesh.cell_count(), 2u);
+  const std::string refusal =
+      "1 rational Bezier cell (cell 1, counted from 0; RationalWeights of the first from 0.7 to 1), of which only "
+      "those "
+      "with equal weights are read; save the part with Lagrange cells of second order";
+  for (const auto& [attribute, name] : {std::pair("", "RationalWeights"), std::pair(" RationalWeights=\"w\"", "w")}) {
+    expect_error([&] { read_vtu(file(attribute, name, "1 0.7 1 1")); }, ErrorCode::kMeshUnsupportedCell, refusal);
+  }
 }
 
 TEST(VtkCells, HaveNumbersOfTheFile) {

@@ -59,5 +59,23 @@ TEST_F(FindFiles, FindNoFoldersAndNothingThatIsNotThere) {
   EXPECT_THAT(find_files(folder_, around + "Sub/mesh.inp"), IsEmpty()) << "longer than any path";
 }
 
+TEST_F(FindFiles, AreThoseBelowAllowedFolders) {
+  FileOrigin origin;
+  origin.path = (folder_ / "Sub" / "job.inp").string();
+  const fs::path sub = folder_ / "Sub";
+  write("beside.inp");
+  EXPECT_THAT(NamedFiles(origin).find(sub, "MESH.inp").files, ElementsAre(fs::canonical(sub / "mesh.inp")));
+  for (const char* outside : {"../beside.inp", "..\\none.inp", "/etc/passwd", "/etc/none"}) {
+    const NamedFiles::Found found = NamedFiles(origin).find(sub, outside);
+    EXPECT_TRUE(found.files.empty() && found.is_outside) << outside << " whether it is there or not";
+  }
+  const NamedFiles::Found none = NamedFiles(origin).find(sub, "none.inp");
+  EXPECT_TRUE(none.files.empty() && !none.is_outside);
+  fs::create_symlink(folder_ / "beside.inp", sub / "link.inp");
+  EXPECT_TRUE(NamedFiles(origin).find(sub, "link.inp").is_outside);
+  origin.includes = folder_.string();
+  EXPECT_THAT(NamedFiles(origin).find(sub, "../beside.inp").files, ElementsAre(fs::canonical(folder_ / "beside.inp")));
+}
+
 }  // namespace
 }  // namespace ccslice

@@ -38,9 +38,9 @@ class PartitionNote : public testing::Test {
 TEST_F(PartitionNote, NamesThePvtuThatHasThePiece) {
   write("part.pvtu", "<Piece Source=\"pieces/a.vtu\"/><Piece Source=\"pieces/b.vtu\"/>");
   write("pieces/a.vtu");
-  EXPECT_THAT(
-      notes_of("pieces/a.vtu"),
-      testing::ElementsAre(testing::HasSubstr("this is one piece of 'part.pvtu' only, and not the whole part")));
+  EXPECT_THAT(notes_of("pieces/a.vtu"),
+              testing::ElementsAre(testing::HasSubstr(
+                  "this is one piece of 'part.pvtu' only, and not the whole part: give that file instead")));
   EXPECT_TRUE(notes_of("pieces/c.vtu").empty()) << "not in it";
   write("part.pvtu", "<Piece Source=\"pieces/a.vtu\"/>");
   EXPECT_TRUE(notes_of("pieces/a.vtu").empty()) << "the only one";
