@@ -37,7 +37,7 @@ MeshFile read_kind(MeshFileKind kind, std::string_view bytes, const MeshLimits& 
     case MeshFileKind::kGmsh: return read_gmsh(bytes, limits);
     case MeshFileKind::kMedit: return read_medit(bytes, limits);
     case MeshFileKind::kVtk: return read_vtk(bytes, limits);
-    case MeshFileKind::kVtu: return read_vtu(bytes, limits);
+    case MeshFileKind::kVtu: return read_vtu(bytes, limits, origin);
     case MeshFileKind::kOvm: return read_ovm(bytes, limits);
     case MeshFileKind::kAbaqus: return read_abaqus(bytes, limits, origin);
     case MeshFileKind::kExodus: return read_exodus(bytes, limits);
@@ -110,12 +110,17 @@ MeshFileKind mesh_file_kind(std::string_view bytes) {
 }
 
 MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits, const FileOrigin& origin) {
+  MeshFile file = read_mesh_unresolved(bytes, limits, origin);
+  resolve_collapsed_cells(file);
+  return file;
+}
+
+MeshFile read_mesh_unresolved(std::string_view bytes, const MeshLimits& limits, const FileOrigin& origin) {
   const MeshFileKind kind = mesh_file_kind(bytes);
   // pugixml passes over the mark itself, and messages about .vtu files name bytes.
   if (kind != MeshFileKind::kVtu) bytes = without_utf8_mark(bytes);
   MeshFile file = read_kind(kind, bytes, limits, origin);
   if (kind == MeshFileKind::kVtu && !origin.path.empty()) add_partition_note(origin.path, file);
-  resolve_collapsed_cells(file);
   recode_names(file);
   leave_out_numbers_with_known_names(file);
   return file;

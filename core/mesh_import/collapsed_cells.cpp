@@ -8,7 +8,6 @@
 #include <map>
 #include <numeric>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -21,97 +20,20 @@
 #include "core/mesh/cell_complex.h"
 #include "core/mesh/cell_counts.h"
 #include "core/mesh/point_clusters.h"
+#include "core/mesh_import/collapsed_shape.h"
 #include "core/mesh_import/join_points.h"
 #include "core/mesh_import/mid_nodes.h"
-#include "core/mesh_import/polyhedra.h"
 #include "core/mesh_import/renumber_text.h"
 
 namespace ccslice {
 namespace {
 
 using Quadrilateral = std::array<std::uint32_t, 4>;  // The places of its vertices, ascending.
+using Shape = CollapsedShape;
 
-enum class Shape : std::uint8_t { kCell, kPyramid, kTetOverQuadrilateral };
-
-struct Collapsed {
+struct Collapsed : CollapsedCell {
   std::uint32_t cell = 0;
-  Shape shape = Shape::kCell;
-  CellKind kind = CellKind::kTet;
-  std::vector<std::uint32_t> corners;              // A pyramid's: its base, then its apex.
-  std::array<std::uint32_t, 4> base{};             // In cyclic order, unless it is a plain cell.
-  std::array<std::uint32_t, 2> diagonal_of_tet{};  // Over a quadrilateral: the edge that halves it.
 };
-
-std::array<std::uint32_t, 2> sorted_ends(std::uint32_t a, std::uint32_t b) { return {std::min(a, b), std::max(a, b)}; }
-
-bool has_repeated_corner(std::span<const std::uint32_t> corners) {
-  for (std::size_t i = 1; i < corners.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) {
-      if (corners[i] == corners[k]) return true;
-    }
-  }
-  return false;
-}
-
-std::array<std::uint32_t, 4> corners_of_face(CellKind kind, const LocalFace& face,
-                                             std::span<const std::uint32_t> corners) {
-  std::array<std::uint32_t, 4> ring{};
-  for (std::size_t i = 0; i < face.size; ++i) ring[i] = corners[vtk_corner(kind, face.corners[i])];
-  return ring;
-}
-
-/// What is left of the faces once repeated corners are one.
-std::vector<FaceRing> faces_left(CellKind kind, std::span<const std::uint32_t> corners) {
-  std::vector<FaceRing> rings;
-  for (const LocalFace& face : cell_topology(kind).faces) {
-    FaceRing ring;
-    const auto whole = corners_of_face(kind, face, corners);
-    for (std::size_t i = 0; i < face.size; ++i) {
-      if (ring.empty() || ring.back() != whole[i]) ring.push_back(whole[i]);
-    }
-    while (ring.size() > 1 && ring.back() == ring.front()) ring.pop_back();
-    if (ring.size() > 2) rings.push_back(std::move(ring));
-  }
-  return rings;
-}
-
-/// Two triangles that close a quadrilateral: between two corners of theirs runs an edge of the tetrahedron, which no
-/// face shows.
-std::optional<Collapsed> tet_over_quadrilateral(std::span<const FaceRing> rings, std::size_t vertices) {
-  const auto quadrilateral = std::ranges::find(rings, std::size_t{4}, &FaceRing::size);
-  if (rings.size() != 3 || vertices != 4 || quadrilateral == rings.end()) return std::nullopt;
-  if (std::ranges::count(rings, std::size_t{3}, &FaceRing::size) != 2) return std::nullopt;
-  Collapsed result{0, Shape::kTetOverQuadrilateral, CellKind::kTet, *quadrilateral};
-  std::ranges::copy(*quadrilateral, result.base.begin());
-  const auto in_one_triangle = [&](std::uint32_t vertex) {
-    return std::ranges::count_if(rings, [&](const FaceRing& ring) { return contains(ring, vertex); }) == 2;
-  };
-  const std::size_t from = in_one_triangle(result.base[0]) ? 0 : 1;
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (in_one_triangle(result.base[i]) != (i % 2 == from)) return std::nullopt;
-  }
-  result.diagonal_of_tet = sorted_ends(result.base[from], result.base[from + 2]);
-  return result;
-}
-
-std::optional<Collapsed> what_is_left(CellKind kind, std::span<const std::uint32_t> corners) {
-  const std::set<std::uint32_t> vertices(corners.begin(), corners.end());
-  const std::vector<FaceRing> rings = faces_left(kind, corners);
-  if (auto tet = tet_over_quadrilateral(rings, vertices.size())) return tet;
-  const std::optional<CornersOfPolyhedron> found = corners_of_polyhedron(rings);
-  if (!found) return std::nullopt;
-  Collapsed result{0, Shape::kCell, found->kind, found->corners};
-  if (found->kind == CellKind::kHex) {
-    if (found->corners[4] != found->corners[7]) return std::nullopt;  // As many faces as before.
-    result.shape = Shape::kPyramid;
-    result.kind = CellKind::kTet;
-    result.corners.resize(5);
-    std::copy_n(result.corners.begin(), 4, result.base.begin());
-  }
-  const bool whole =
-      std::set(result.corners.begin(), result.corners.end()) == vertices && result.corners.size() == vertices.size();
-  return whole ? std::optional(result) : std::nullopt;
-}
 
 class Resolver {
  public:
@@ -122,6 +44,7 @@ class Resolver {
     if (collapsed_.empty()) return;
     find_places();
     find_quadrilaterals();
+    follow_triangles();
     refuse_cells_beyond();
     replace_cells();
     note();
@@ -133,7 +56,9 @@ class Resolver {
     std::array<std::uint32_t, 4> ring{};
     std::array<std::uint32_t, 2> diagonal{};  // The places of its ends, ascending.
     std::vector<std::size_t> cells;
-    bool has_node = false;  // In its middle.
+    std::optional<std::uint32_t> beside;  // A cell that has triangles over three of the corners, as it's halved.
+    bool has_node = false;                // In its middle.
+    bool is_torn = false;                 // Cells have halved it along both diagonals.
   };
 
   template <typename Use>
@@ -149,10 +74,8 @@ class Resolver {
   void find_collapsed() {
     for_each_cell([&](std::uint32_t cell, CellKind kind, std::span<const std::uint32_t> corners) {
       if (!has_repeated_corner(corners)) return;
-      std::optional<Collapsed> found = what_is_left(kind, corners);
-      if (!found) return;
-      found->cell = cell;
-      collapsed_.push_back(std::move(*found));
+      std::optional<CollapsedCell> found = what_is_left(kind, corners);
+      if (found) collapsed_.push_back({std::move(*found), cell});
     });
   }
 
@@ -215,9 +138,60 @@ class Resolver {
     }
   }
 
+  /// The cells that stay as they are, or become others of as many faces: as use(cell, kind, corners).
+  template <typename Use>
+  void for_each_plain_cell(Use use) const {
+    auto next = collapsed_.begin();
+    for_each_cell([&](std::uint32_t cell, CellKind kind, std::span<const std::uint32_t> corners) {
+      const bool is_collapsed = next != collapsed_.end() && next->cell == cell;
+      if (!is_collapsed) return use(cell, kind, corners);
+      if (next->shape == Shape::kCell) use(cell, next->kind, std::span<const std::uint32_t>(next->corners));
+      ++next;
+    });
+  }
+
+  /// Triangles of cells over three corners of a quadrilateral have halved it.
+  void follow_triangles() {
+    struct HalvedBy {
+      Halved* halved;
+      std::array<std::uint32_t, 2> diagonal;
+    };
+    std::map<std::array<std::uint32_t, 3>, HalvedBy> triangles;
+    const auto key_of_triangle = [&](std::array<std::uint32_t, 3> corners) {
+      for (std::uint32_t& corner : corners) corner = place_of(corner);
+      std::ranges::sort(corners);
+      return corners;
+    };
+    for (auto& [key, halved] : halved_) {
+      if (!are_pyramids(halved)) continue;  // Four triangles of a tetrahedron are over its quadrilateral.
+      const auto at = [&](std::size_t i) { return halved.ring[i % 4]; };
+      for (std::size_t i = 0; i < 4; ++i) {
+        triangles.try_emplace(key_of_triangle({at(i), at(i + 1), at(i + 2)}),
+                              HalvedBy{&halved, places_of_ends(at(i), at(i + 2))});
+      }
+    }
+    if (triangles.empty()) return;
+    for_each_plain_cell([&](std::uint32_t cell, CellKind kind, std::span<const std::uint32_t> corners) {
+      for (const LocalFace& face : cell_topology(kind).faces) {
+        if (face.size != 3) continue;
+        const auto ring = corners_of_face(kind, face, corners);
+        const auto found = triangles.find(key_of_triangle({ring[0], ring[1], ring[2]}));
+        if (found == triangles.end()) continue;
+        auto& [halved, diagonal] = found->second;
+        if (halved->beside && halved->diagonal != diagonal) halved->is_torn = true;
+        halved->diagonal = diagonal;
+        halved->beside = cell;
+      }
+    });
+  }
+
+  bool are_pyramids(const Halved& halved) const {
+    return std::ranges::all_of(halved.cells, [&](std::size_t i) { return collapsed_[i].shape == Shape::kPyramid; });
+  }
+
   /// Whether the cells on both sides of a quadrilateral go round it alike, and there are two at most.
   bool fits(const Halved& halved) const {
-    return halved.cells.size() < 3 && std::ranges::all_of(halved.cells, [&](std::size_t i) {
+    return halved.cells.size() < 3 && !halved.is_torn && std::ranges::all_of(halved.cells, [&](std::size_t i) {
              const auto& base = collapsed_[i].base;
              return halved.diagonal == places_of_ends(base[0], base[2]) ||
                     halved.diagonal == places_of_ends(base[1], base[3]);
@@ -234,6 +208,12 @@ class Resolver {
     return sorted_ends(ends.front(), ends.back());
   }
 
+  Vec3 middle_of(const std::array<std::uint32_t, 4>& ring) const {
+    Vec3 middle = Vec3::Zero();
+    for (const std::uint32_t vertex : ring) middle += mesh_.positions[vertex] / 4;
+    return middle;
+  }
+
   std::string number_of(std::uint32_t cell) const { return std::to_string(file_cell(file_.numbers, cell)); }
 
   /// Names each quadrilateral that can't be halved, by the cell that would be and the one beyond.
@@ -247,6 +227,7 @@ class Resolver {
       const Collapsed& cell = collapsed_[halved.cells.front()];
       const std::string what = cell.shape == Shape::kPyramid ? "pyramid " : "collapsed tetrahedron ";
       pairs.push_back(what + number_of(cell.cell) + " at " + file_.numbers.cell_noun + " " + number_of(beyond));
+      if (count == 1) pairs.back() += " near " + place_in_mm(middle_of(halved.ring));
       ids.insert(ids.end(), {cell.cell, beyond});
     };
     const auto look_at = [&](std::uint32_t cell, CellKind kind, std::span<const std::uint32_t> corners) {
@@ -256,21 +237,15 @@ class Resolver {
         if (found != halved_.end()) add(found->second, cell);
       }
     };
-    auto next = collapsed_.begin();
-    for_each_cell([&](std::uint32_t cell, CellKind kind, std::span<const std::uint32_t> corners) {
-      const bool is_collapsed = next != collapsed_.end() && next->cell == cell;
-      if (!is_collapsed) return look_at(cell, kind, corners);
-      if (next->shape == Shape::kCell) look_at(cell, next->kind, next->corners);
-      ++next;
-    });
+    for_each_plain_cell(look_at);
     for (const auto& [key, halved] : halved_) {
-      if (!fits(halved)) add(halved, collapsed_[halved.cells.back()].cell);
+      if (!fits(halved)) add(halved, halved.is_torn ? *halved.beside : collapsed_[halved.cells.back()].cell);
     }
     if (count == 0) return;
     std::ranges::sort(ids);
     throw Error(ErrorCode::kMeshUnsupportedCell,
-                "a pyramid never refines to hexahedra, and as two tetrahedra it doesn't fit a hexahedron or a wedge "
-                "beyond its quadrilateral: " +
+                "a pyramid never refines to hexahedra, and as two tetrahedra it doesn't fit the cell beyond its "
+                "quadrilateral: " +
                     echoed_list(pairs, count) +
                     "; mesh the part without pyramids, of tetrahedra alone or of hexahedra and wedges alone",
                 "cells", ids);
@@ -354,43 +329,42 @@ void Resolver::renumber_mid_nodes(std::span<const std::uint32_t> first) {
   const MidNodes nodes = std::exchange(mesh_.mid_nodes, {});
   const std::size_t channels = mesh_.channel_count();
   MidNodeList list(channels);
-  const auto values_of = [&](std::size_t node) { return std::span(nodes.values).subspan(node * channels, channels); };
   std::size_t node = 0;
-  for (const auto& edge : nodes.edges) {
-    list.add_edge(edge, nodes.positions[node], values_of(node));
-    ++node;
-  }
+  const auto next = [&] { return MidNodeList::source_of(nodes, file_.numbers.mid_nodes, channels, node++); };
+  for (const auto& edge : nodes.edges) list.add_edge(edge, next());
   for (const auto& face : nodes.faces) {
     const auto halved = halved_.find(key_of(face));
     if (halved == halved_.end()) {
-      list.add_face(face, nodes.positions[node], values_of(node));
+      list.add_face(face, next());
     } else {
-      list.add_edge(ends_of_diagonal(face, halved->second), nodes.positions[node], values_of(node));
+      list.add_edge(ends_of_diagonal(face, halved->second), next());
       halved->second.has_node = true;
     }
-    ++node;
   }
   for (const std::uint32_t cell : nodes.cells) {
+    const MidNodeList::Source source = next();
     const bool is_whole = !std::ranges::binary_search(collapsed_, cell, {}, &Collapsed::cell);
-    if (is_whole) list.add_cell(first[cell], nodes.positions[node], values_of(node));
-    ++node;
+    if (is_whole) list.add_cell(first[cell], source);
   }
   for (const auto& [key, halved] : halved_) {
     if (!halved.has_node) add_node_of_diagonal(halved, nodes, list);
   }
-  mesh_.mid_nodes = list.finish().nodes;
+  MidNodeList::Result result = list.finish();
+  mesh_.mid_nodes = std::move(result.nodes);
+  if (!file_.numbers.mid_nodes.empty()) file_.numbers.mid_nodes = std::move(result.numbers);
 }
 
 /// Where the quadrilateral of second order has its middle: half of its edges' nodes without a quarter of its corners.
+/// The file has no such node, so it is called by the number of an edge's.
 void Resolver::add_node_of_diagonal(const Halved& halved, const MidNodes& nodes, MidNodeList& list) const {
   const std::size_t channels = mesh_.channel_count();
   Vec3 middle = Vec3::Zero();
   std::vector<float> values(channels);
-  bool curved = false;
+  std::optional<std::size_t> curved;  // The last node of an edge.
   for (std::size_t i = 0; i < 4; ++i) {
     const std::uint32_t a = halved.ring[i], b = halved.ring[(i + 1) % 4];
     const std::optional<std::size_t> node = edge_node(nodes, {a, b});
-    curved |= node.has_value();
+    if (node) curved = node;
     const auto half_way = [&](auto from, auto to) { return (from + to) / 2; };
     middle += (node ? nodes.positions[*node] : Vec3(half_way(mesh_.positions[a], mesh_.positions[b]))) / 2;
     middle -= mesh_.positions[a] / 4;
@@ -400,7 +374,9 @@ void Resolver::add_node_of_diagonal(const Halved& halved, const MidNodes& nodes,
       values[channel] += at / 2 - value(a) / 4;
     }
   }
-  if (curved) list.add_edge(ends_of_diagonal(halved.ring, halved), middle, values);
+  if (!curved) return;
+  const std::uint64_t number = MidNodeList::source_of(nodes, file_.numbers.mid_nodes, channels, *curved).number;
+  list.add_edge(ends_of_diagonal(halved.ring, halved), {middle, values, number});
 }
 
 void Resolver::note() {

@@ -42,8 +42,11 @@ struct RegionRow {
 
 class PointJoiner {
  public:
-  PointJoiner(double distance_mm, const ControlMesh& mesh)
-      : distance_mm_(distance_mm), mesh_(mesh), clusters_(find_point_clusters(mesh.positions, distance_mm)) {}
+  PointJoiner(double distance_mm, const ControlMesh& mesh, std::optional<double> same_mm)
+      : distance_mm_(distance_mm),
+        same_mm_(same_mm),
+        mesh_(mesh),
+        clusters_(find_point_clusters(mesh.positions, distance_mm)) {}
 
   bool nothing() const { return clusters_.empty(); }
   void join(ControlMesh& joined, FileNumbers& numbers);
@@ -59,14 +62,19 @@ class PointJoiner {
     const auto last = std::ranges::lower_bound(regions_, PointRegion(point + 1, 0));
     return {first, last};
   }
+  bool become_one(std::uint32_t a, std::uint32_t b) const {
+    return a != b && cluster_of_[a] != kNone && cluster_of_[a] == cluster_of_[b];
+  }
+  double apart_mm(std::uint32_t a, std::uint32_t b) const { return (mesh_.positions[a] - mesh_.positions[b]).norm(); }
   void check_cells() const;
+  bool collapses(std::span<const std::uint32_t> corners) const;
   void check_shapes() const;
   void join_channels(ControlMesh& joined);
   std::optional<std::vector<RegionRow>> rows_of(std::size_t cluster);
   std::vector<float> middle_values(std::size_t cluster, std::span<const std::uint8_t> regions, bool& agree) const;
   void refuse_values(const std::vector<std::size_t>& disagreeing) const;
   void join_features(ControlMesh& joined) const;
-  void join_mid_nodes(ControlMesh& joined);
+  void join_mid_nodes(ControlMesh& joined, FileNumbers& numbers);
   void measure();
   /// Visits each cell as visit(cell, its corners before, where they begin).
   template <typename Visit>
@@ -75,6 +83,7 @@ class PointJoiner {
   void keep_first(std::vector<Item>& items, std::size_t width) const;
 
   double distance_mm_;
+  std::optional<double> same_mm_;
   const ControlMesh& mesh_;
   std::vector<PointCluster> clusters_;
   std::vector<std::uint32_t> cluster_of_;    // By point: its cluster, or kNone.
@@ -114,20 +123,21 @@ std::string PointJoiner::joined_points() const {
   return "points within " + number_text(distance_mm_, kLengthDigits) + " mm of each other are joined";
 }
 
-/// Cells with two corners in one cluster.
+/// Cells with two corners in one cluster that may not become one.
 void PointJoiner::check_cells() const {
   Offenders repeated;
   std::string first;
   each_cell([&](std::size_t cell, std::span<const std::uint32_t> corners, std::size_t begin) {
     for (std::size_t i = 1; i < corners.size(); ++i) {
-      if (cluster_of_[corners[i]] == kNone) continue;
-      const auto twin = std::find_if(corners.begin(), corners.begin() + static_cast<std::ptrdiff_t>(i), [&](auto v) {
-        return v != corners[i] && cluster_of_[v] == cluster_of_[corners[i]];
-      });
-      if (twin == corners.begin() + static_cast<std::ptrdiff_t>(i)) continue;
+      const auto is_twin = [&](std::uint32_t v) {
+        return become_one(v, corners[i]) && !(same_mm_ && apart_mm(v, corners[i]) <= *same_mm_);
+      };
+      const auto before = corners.first(i);
+      const auto twin = std::ranges::find_if(before, is_twin);
+      if (twin == before.end()) continue;
       repeated.add(static_cast<std::int64_t>(cell), begin + i);
       if (!first.empty()) return;
-      const double apart = (mesh_.positions[*twin] - mesh_.positions[corners[i]]).norm();
+      const double apart = apart_mm(*twin, corners[i]);
       first = "two of the first one's corners are " +
               (apart > 0 ? number_text(apart, kLengthDigits) + " mm apart" : "two vertices in one place") +
               " before, and one vertex afterwards";
@@ -138,14 +148,23 @@ void PointJoiner::check_cells() const {
                         first + "; join points within a smaller distance, or none", "cell_vertices");
 }
 
-/// Cells that were neither flat nor folded before.
+bool PointJoiner::collapses(std::span<const std::uint32_t> corners) const {
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    for (const std::uint32_t v : corners.first(i)) {
+      if (become_one(v, corners[i])) return true;
+    }
+  }
+  return false;
+}
+
+/// Cells that were neither flat nor folded before. What collapsed ones become isn't known yet.
 void PointJoiner::check_shapes() const {
   if (mesh_.allow_folds || mesh_.interpolating) return;
   Offenders worse;
   std::string first;
   const auto moved = [&](std::uint32_t v) { return cluster_of_[v] != kNone && clusters_[cluster_of_[v]].length > 0; };
   each_cell([&](std::size_t cell, std::span<const std::uint32_t> corners, std::size_t) {
-    if (std::ranges::none_of(corners, moved)) return;
+    if (std::ranges::none_of(corners, moved) || collapses(corners)) return;
     const CellKind kind = mesh_.cell_kinds[cell];
     const auto least = [&](bool joined, double sign) {
       const auto place = [&](std::size_t corner) -> Vec3 {
@@ -326,14 +345,15 @@ void PointJoiner::join_features(ControlMesh& joined) const {
                                joined.missed_vertices.end());
 }
 
-void PointJoiner::join_mid_nodes(ControlMesh& joined) {
+void PointJoiner::join_mid_nodes(ControlMesh& joined, FileNumbers& numbers) {
   if (mesh_.mid_nodes.empty()) return;
   std::vector<std::uint32_t> cells(mesh_.cell_count());
   std::iota(cells.begin(), cells.end(), 0u);
   MidNodeList list(mesh_.channel_count());
-  list.add(mesh_.mid_nodes, new_vertices_, cells);
+  list.add(mesh_.mid_nodes, numbers.mid_nodes, new_vertices_, cells);
   MidNodeList::Result result = list.finish(distance_mm_);
   joined.mid_nodes = std::move(result.nodes);
+  if (!numbers.mid_nodes.empty()) numbers.mid_nodes = std::move(result.numbers);
   report_.disagreeing_edges = result.other_values;
   report_.bent_edges = result.conflicts;
   report_.bent_by_mm = result.farthest_apart_mm;
@@ -362,7 +382,7 @@ void PointJoiner::join(ControlMesh& joined, FileNumbers& numbers) {
   }
   for (std::uint32_t& v : joined.cell_vertices) v = new_vertices_[v];
   join_features(joined);
-  join_mid_nodes(joined);
+  join_mid_nodes(joined, numbers);
   if (!numbers.vertices.empty()) keep_first(numbers.vertices, 1);
   measure();
 }
@@ -391,8 +411,8 @@ double same_place_mm(const ControlMesh& mesh) {
   return std::max(kBillionth * diagonal, std::min(single_precision_mm(mesh), kMillionth * diagonal));
 }
 
-JoinReport join_points(double distance_mm, ControlMesh& mesh, FileNumbers& numbers) {
-  PointJoiner joiner(distance_mm, mesh);
+JoinReport join_points(double distance_mm, ControlMesh& mesh, FileNumbers& numbers, std::optional<double> same_mm) {
+  PointJoiner joiner(distance_mm, mesh, same_mm);
   if (joiner.nothing()) return {};
   ControlMesh joined = mesh;
   joiner.join(joined, numbers);

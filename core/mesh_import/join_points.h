@@ -50,10 +50,11 @@ struct JoinReport {
 /// Joins points within `distance_mm` of each other. Sharp edges and vertices, region values, missed vertices, mid-nodes
 /// and numbers.vertices go along. Throws, with the ids of vertices and cells before they were joined, and leaves the
 /// mesh as it is then:
-///   kMeshRepeatedVertex: two corners of one cell become one.
-///   kMeshInvertedCell: a cell becomes flat or folded, unless mesh.allow_folds or mesh.interpolating.
+///   kMeshRepeatedVertex: two corners of one cell become one that are farther apart than `same_mm`. Others may, for
+///     resolve_collapsed_cells() to say what is left of the cell. DEFAULT: none may.
+///   kMeshInvertedCell: another cell becomes flat or folded, unless mesh.allow_folds or mesh.interpolating.
 ///   kMeshBadChannel: values disagree, and no regions keep them apart.
 /// REQUIRES: the cells' vertices exist; region values pass check_region_values(); distance_mm >= 0.
-JoinReport join_points(double distance_mm, ControlMesh& mesh, FileNumbers& numbers);
+JoinReport join_points(double distance_mm, ControlMesh& mesh, FileNumbers& numbers, std::optional<double> same_mm = {});
 
 }  // namespace ccslice

@@ -3,6 +3,7 @@
 
 #include "client/cli/meshes/merging.h"
 
+#include <optional>
 #include <utility>
 
 #include "client/cli/base/console.h"
@@ -118,7 +119,8 @@ bool merge_points(const MergeOptions& options, bool is_contract, double same_mm,
   if (!options.no_merge && (asked || !is_contract)) {
     const double distance_mm = asked ? parse_number("--merge-points", options.merge_points) : same_mm;
     try {
-      report = join_points(distance_mm, file.mesh, file.numbers);
+      // A .ccmesh or its .json has no collapsed cells.
+      report = join_points(distance_mm, file.mesh, file.numbers, is_contract ? std::nullopt : std::optional(same_mm));
     } catch (const Error& error) {
       const char* remedy = error.code() == ErrorCode::kMeshBadChannel ? " (--regions-from, --no-merge)"
                                                                       : " (--merge-points DISTANCE, --no-merge)";

@@ -32,6 +32,7 @@
 #include "core/mesh_files/read_mesh.h"
 #include "core/mesh_import/cell_averages.h"
 #include "core/mesh_import/cell_numbers.h"
+#include "core/mesh_import/collapsed_cells.h"
 #include "core/mesh_import/join_points.h"
 #include "core/mesh_import/mesh_file.h"
 #include "core/mesh_import/renumber_text.h"
@@ -94,7 +95,7 @@ void take_cell_numbers(const std::string& regions_from, const std::vector<CellMe
 }
 
 MeshFile read_any(const std::string& bytes, const FileOrigin& origin) {
-  if (mesh_file_kind(bytes) != MeshFileKind::kUnknown) return read_mesh(bytes, {}, origin);
+  if (mesh_file_kind(bytes) != MeshFileKind::kUnknown) return read_mesh_unresolved(bytes, {}, origin);
   return {from_proto(parse_ccmesh(bytes)), {}};
 }
 
@@ -308,7 +309,7 @@ void refuse_sharp_meshes(const MeshOptions& options, const ControlMesh& mesh) {
                    "that has none");
 }
 
-/// Makes of a file's points and its numbers of cells what the options say. Says whether points were joined.
+/// Makes of a file's points what the options say. Says whether points were joined.
 bool merge_and_mark(const MeshOptions& options, const Changes& changes, bool is_contract, MeshFile& file) {
   check_channel_names(file.mesh);
   file.mesh.allow_folds = file.mesh.allow_folds || options.allow_folds;
@@ -317,6 +318,7 @@ bool merge_and_mark(const MeshOptions& options, const Changes& changes, bool is_
   refuse_sharp_meshes(options, file.mesh);
   // A .ccmesh says itself how it is taken, and a part may turn out to be taken as meshed.
   if (!file.mesh.as_meshed) take_as(options.meaning.as_meshed || options.meaning.part, file.mesh, file.warnings);
+  if (file.mesh.mid_nodes.empty()) file.numbers.mid_nodes.clear();
   if (is_contract) {  // Readers check what they read, and places may still be brought near.
     MeshLimits limits;
     limits.max_abs_coordinate_mm = std::numeric_limits<double>::infinity();
@@ -324,9 +326,7 @@ bool merge_and_mark(const MeshOptions& options, const Changes& changes, bool is_
   }
   if (!options.regions_from.empty()) make_cell_regions(options.regions_from, file);
   take_lists(options, changes, file);
-  const bool joined = merge_points(options.merge, is_contract, same_mm, file);
-  take_cell_numbers(options.regions_from, changes.averaged, file);
-  return joined;
+  return merge_points(options.merge, is_contract, same_mm, file);
 }
 
 /// Checks the mesh, splits it where it touches itself, and changes it as the options say. Says whether it was split.
@@ -370,6 +370,8 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
   const bool leaves_nodes_out = !file.mesh.as_meshed && !file.mesh.mid_nodes.empty();
   const bool joined =
       in_file_numbers(file.numbers, file.mesh, [&] { return merge_and_mark(options, changes, contract, file); });
+  if (!contract) resolve_collapsed_cells(file);  // Its errors are in the file's numbers.
+  in_file_numbers(file.numbers, file.mesh, [&] { take_cell_numbers(options.regions_from, changes.averaged, file); });
   LoadedMesh loaded;
   loaded.mesh = std::move(file.mesh);
   loaded.numbers = std::move(file.numbers);
@@ -391,7 +393,8 @@ LoadedMesh load(const MeshOptions& options, const Changes& changes, bool quiet) 
 
 void add_mesh_options(CLI::App& command, MeshOptions& options, bool required, bool files_only) {
   const std::string files =
-      "A Gmsh .msh, Abaqus .inp, Exodus .e, MEDIT .mesh, VTK .vtk or .vtu, OpenVolumeMesh .ovm, .ccmesh or its .json "
+      "A Gmsh .msh, Abaqus .inp, Exodus .e, MEDIT .mesh, VTK .vtk, .vtu or .pvtu, OpenVolumeMesh .ovm, .ccmesh or its "
+      ".json "
       "file";
   command.add_option("MESH", options.mesh, files + (files_only ? "" : ", or the id of an uploaded mesh (sha256:...)"))
       ->required(required);
@@ -423,8 +426,10 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required, bo
   add_meaning_options(command, options.meaning);
   command.add_flag("--allow-folds", options.allow_folds,
                    "Accept inverted cells with a warning instead of refusing them");
-  command.add_option("--allow-includes", options.allow_includes,
-                     "A folder that an Abaqus file may include others from, besides its own folder and those below it");
+  command.add_option(
+      "--allow-includes", options.allow_includes,
+      "A folder that a file may name others in, besides its own folder and those below it: Abaqus includes, and "
+      "the pieces of a .pvtu");
   command
       .add_option("--max-file-bytes", options.max_file_bytes,
                   "Refuse files that are larger, with those that they include: bytes, or a size such as 512MiB")

@@ -231,6 +231,36 @@ TEST_F(MergingCommand, RefusesWrongDistances) {
                     HasSubstr("(--merge-points DISTANCE, --no-merge)")));
 }
 
+// A cube in two halves, wedges as hexahedra, each with points of its own.
+TEST_F(MergingCommand, ReadsCellsThatAreCollapsedByPlace) {
+  const std::vector<Point> points = {{0, 0, 0},  {10, 0, 0},  {10, 10, 0},  {0, 10, 0},
+                                     {0, 0, 10}, {10, 0, 10}, {10, 10, 10}, {0, 10, 10}};
+  const std::string own = own_points(points, {{0, 1, 2, 2, 4, 5, 6, 6}, {0, 2, 3, 3, 4, 6, 7, 7}},
+                                     [](std::size_t, std::size_t i) { return i % 2 == 0 ? 0 : 1e-12; });
+  const std::string mesh = write("halves.vtk", own);
+  const ProcessResult info = run_alone({"info", mesh, "--as-meshed", "--json"});
+  ASSERT_EQ(info.exit_code, cli::kExitOk) << info.err;
+  EXPECT_THAT(info.err, HasSubstr("cells with repeated corners are read as what they are: 2 wedges"));
+  EXPECT_EQ(json_at(info.out, "parts").number_value(), 1);
+  EXPECT_EQ(json_at(info.out, "vertices").number_value(), 8);
+  const ProcessResult apart = run_alone({"convert", mesh, "--no-merge", "-o", path("halves.ccmesh")});
+  EXPECT_EQ(apart.exit_code, cli::kExitInput);
+  const ProcessResult flat = run_alone(
+      {"info", write("flat.vtk", own_points(points, {{0, 1, 2, 3, 0, 1, 2, 3}}, [](auto, auto) { return 0; }))});
+  EXPECT_EQ(flat.exit_code, cli::kExitInput);
+  EXPECT_THAT(flat.err, HasSubstr("a vertex is repeated in cell 0 at (5, 5, 0) mm"));
+}
+
+TEST_F(MergingCommand, NamesMidNodesAsTheFileDoes) {
+  const std::string mesh =
+      write("curved.inp",
+            "*NODE\n1,0,0,0\n2,10,0,0\n3,0,10,0\n4,0,0,10\n12,5,0,0\n23,5,5,0\n31,0,5,0\n"
+            "4711,0,0,2e6\n24,5,0,5\n34,0,5,5\n*ELEMENT,TYPE=C3D10\n501,1,2,3,4,12,23,31,4711,24,34\n");
+  const ProcessResult refused = run_alone({"info", mesh, "--as-meshed"});
+  EXPECT_EQ(refused.exit_code, cli::kExitInput);
+  EXPECT_THAT(refused.err, HasSubstr("coordinates beyond the limit at node 4711 at (0, 0, 2000000) mm"));
+}
+
 TEST_F(MergingCommand, SaysThatPointsWereJoinedWhereCellsLieInEachOther) {
   const Ring ring = ring_of_96();
   std::vector<std::array<int, 8>> cells = ring.cells;

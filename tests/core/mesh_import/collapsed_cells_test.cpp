@@ -168,7 +168,8 @@ TEST(CollapsedCells, PyramidsBesideHexahedraAreRefusedByTheFilesNumbers) {
   MeshFile file = file_of({{CellKind::kHex, pyramid(0, 1, 2, 3, 8)}, cube, {CellKind::kHex, pyramid(4, 7, 6, 5, 8)}});
   file.numbers.cell_noun = "element";
   expect_error([&] { resolve_collapsed_cells(file); }, ErrorCode::kMeshUnsupportedCell,
-               "beyond its quadrilateral: pyramid 102 at element 101; mesh the part without pyramids");
+               "the cell beyond its quadrilateral: pyramid 102 at element 101 near (1, 1, 2) mm; mesh the part without "
+               "pyramids");
   MeshFile tet = file_of({cube, {CellKind::kHex, {4, 5, 6, 7, 7, 7, 7, 7}}});
   expect_error([&] { resolve_collapsed_cells(tet); }, ErrorCode::kMeshUnsupportedCell,
                "collapsed tetrahedron 101 at cell 100");
@@ -179,7 +180,87 @@ TEST(CollapsedCells, PyramidsBesideHexahedraAreRefusedByTheFilesNumbers) {
   expect_error([&] { resolve_collapsed_cells(three); }, ErrorCode::kMeshUnsupportedCell, "pyramid 100 at cell 102");
 }
 
-// A tetrahedron as LS-DYNA has it leaves no choice of the diagonal.
+/// How many faces are of one cell only.
+std::size_t boundary_faces(const MeshFile& file) {
+  ControlMesh mesh = file.mesh;
+  mesh.positions.clear();
+  std::map<std::uint32_t, std::uint32_t> used;
+  for (std::uint32_t& corner : mesh.cell_vertices) {
+    const auto [place, is_new] = used.try_emplace(corner, mesh.positions.size());
+    if (is_new) mesh.positions.push_back(file.mesh.positions[corner]);
+    corner = place->second;
+  }
+  const ConnectedMesh connected = validate_and_connect(mesh, {}, {});
+  const CellComplex& complex = connected.complex;
+  std::size_t count = 0;
+  for (const FaceId face : complex.faces()) count += complex.face_on_boundary(face);
+  return count;
+}
+
+TEST(CollapsedCells, PyramidsAreHalvedAsTetrahedraBeyondAre) {
+  const auto tets = [](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    return std::array{std::pair(CellKind::kTet, Corners{a, b, c, 13}), std::pair(CellKind::kTet, Corners{a, c, d, 13})};
+  };
+  for (const bool turned : {false, true}) {
+    const auto above = turned ? tets(5, 6, 7, 4) : tets(4, 5, 6, 7);
+    MeshFile file = file_of({above[0], {CellKind::kHex, pyramid(4, 7, 6, 5, 8)}, above[1]});
+    resolve_collapsed_cells(file);
+    ASSERT_EQ(file.mesh.cell_count(), 4u);
+    EXPECT_EQ(boundary_faces(file), 8u) << "four of the pyramid, four above";
+  }
+  MeshFile torn = file_of({tets(4, 5, 6, 7)[0], {CellKind::kHex, pyramid(4, 7, 6, 5, 8)}, tets(5, 6, 7, 4)[0]});
+  expect_error([&] { resolve_collapsed_cells(torn); }, ErrorCode::kMeshUnsupportedCell,
+               "pyramid 101 at cell 102 near (1, 1, 2) mm");
+}
+
+/// Cells as they come of one file, whose repeated corners are points of their own.
+MeshFile collapsed_by_place(const MeshFile& by_id, double apart) {
+  MeshFile file = by_id;
+  std::size_t begin = 0;
+  for (const CellKind kind : by_id.mesh.cell_kinds) {
+    const auto end = begin + static_cast<std::size_t>(corner_count(kind));
+    for (std::size_t i = begin; i < end; ++i) {
+      for (std::size_t k = begin; k < i; ++k) {
+        if (file.mesh.cell_vertices[k] != by_id.mesh.cell_vertices[i]) continue;
+        file.mesh.cell_vertices[i] = static_cast<std::uint32_t>(file.mesh.positions.size());
+        file.mesh.positions.push_back(file.mesh.positions[by_id.mesh.cell_vertices[i]] + Vec3(apart, 0, 0));
+        break;
+      }
+    }
+    begin = end;
+  }
+  return file;
+}
+
+TEST(CollapsedCells, ByPlaceAreReadAsThoseByIdOncePointsAreJoined) {
+  for (const double apart : {0.0, 1e-10}) {
+    const MeshFile by_id = file_of({{CellKind::kHex, {0, 1, 2, 2, 4, 5, 6, 6}},
+                                    {CellKind::kWedge, {4, 5, 6, 10, 10, 10}},
+                                    {CellKind::kHex, pyramid(9, 10, 11, 12, 13)}});
+    MeshFile file = collapsed_by_place(by_id, apart), expected = by_id;
+    ASSERT_EQ(file.mesh.vertex_count(), by_id.mesh.vertex_count() + 2 + 2 + 3);
+    const double same_mm = same_place_mm(file.mesh);
+    if (apart > 0) {
+      expect_error([&] { join_points(same_mm, file.mesh, file.numbers); }, ErrorCode::kMeshRepeatedVertex,
+                   "a corner repeated in cells 0, 1, 2");
+    }
+    join_points(same_mm, file.mesh, file.numbers, same_mm);
+    EXPECT_EQ(file.mesh.cell_vertices, by_id.mesh.cell_vertices);
+    resolve_collapsed_cells(expected);
+    resolve_collapsed_cells(file);
+    EXPECT_EQ(file.mesh.cell_kinds, expected.mesh.cell_kinds);
+    EXPECT_EQ(file.mesh.cell_vertices, expected.mesh.cell_vertices);
+    EXPECT_EQ(file.warnings, expected.warnings);
+  }
+}
+
+TEST(CollapsedCells, AreMadeOfNoCellsWhoseCornersAWideDistanceJoins) {
+  MeshFile file = collapsed_by_place(file_of({{CellKind::kHex, {0, 1, 2, 2, 4, 5, 6, 6}}}), 0.01);
+  const double same_mm = same_place_mm(file.mesh);
+  expect_error([&] { join_points(0.02, file.mesh, file.numbers, same_mm); }, ErrorCode::kMeshRepeatedVertex,
+               "two of the first one's corners are 0.01 mm apart before");
+}
+
 /// The same file, each of whose cells has points of its own, the last digits of which differ.
 MeshFile with_own_points(const MeshFile& file) {
   MeshFile own = file;
@@ -228,6 +309,7 @@ TEST(CollapsedCells, PyramidsBesideHexahedraWithPointsOfTheirOwnAreRefused) {
   expect_error([&] { resolve_collapsed_cells(file); }, ErrorCode::kMeshUnsupportedCell, "pyramid 101 at cell 100");
 }
 
+// A tetrahedron as LS-DYNA has it leaves no choice of the diagonal.
 TEST(CollapsedCells, PyramidsFollowACollapsedTetrahedron) {
   MeshFile file = file_of({{CellKind::kHex, pyramid(0, 1, 2, 3, 13)}, {CellKind::kHex, {0, 3, 2, 1, 1, 1, 1, 1}}});
   file.mesh.positions[0].z() = -1;  // The other diagonal is the shorter one.
@@ -260,6 +342,7 @@ TEST(CollapsedCells, KeepNodesOfTheEdgesThatAreLeft) {
   nodes.cells = {0};
   nodes.positions = {{1, 0.5, 0}, {1, 1, 2.5}, {1, 0, 1}, {9, 9, 9}};
   nodes.values = {1, 6, 3, 4};
+  file.numbers.mid_nodes = {71, 72, 73, 74};
   resolve_collapsed_cells(file);
   // The quadrilateral's middle, of its one curved edge and three straight ones: (1, 1, 3.25) without a quarter bend.
   EXPECT_THAT(nodes.edges, ElementsAre(std::array{0u, 1u}, std::array{4u, 6u}, std::array{4u, 11u}));
@@ -268,6 +351,7 @@ TEST(CollapsedCells, KeepNodesOfTheEdgesThatAreLeft) {
   ASSERT_EQ(nodes.positions.size(), 4u);
   EXPECT_EQ(nodes.positions[2], Vec3(1, 1, 3.25));
   EXPECT_THAT(nodes.values, ElementsAre(1, 6, 4, 3));
+  EXPECT_THAT(file.numbers.mid_nodes, ElementsAre(71, 72, 72, 73)) << "the third one is in no file";
 }
 
 TEST(CollapsedCells, NodeOfAQuadrilateralBecomesItsDiagonals) {
