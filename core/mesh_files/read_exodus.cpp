@@ -91,7 +91,7 @@ class ExodusReader {
   std::vector<Block> blocks_;
   std::map<std::string, std::size_t> set_of_;
   std::vector<double> block_ids_;  // By cell.
-  std::uint64_t flat_ = 0, crooked_ = 0;
+  std::uint64_t flat_ = 0, crooked_ = 0, with_other_nodes_ = 0;
   MeshFile file_;
 };
 
@@ -190,8 +190,9 @@ void ExodusReader::read_block(const NetcdfVariable& connect, const std::string& 
   const bool is_linear_pyramid = connect.shape.size() == 2 && connect.shape[1] == kPyramidCorners;
   if (type == nullptr || (type->role == ExodusRole::kPyramid && !is_linear_pyramid)) {
     throw Error(ErrorCode::kMeshUnsupportedCell,
-                what + (type == nullptr ? "which isn't read: hexahedra, tetrahedra and wedges are"
-                                        : "pyramids, of which only those of 5 nodes are read"));
+                what + (type == nullptr ? "which isn't read: save the part with hexahedra, tetrahedra or wedges"
+                                        : "pyramids, of which only those of 5 nodes are read: save the mesh in first "
+                                          "order, or without pyramids"));
   }
   if (type->role == ExodusRole::kFlat) {
     flat_ += block.count;
@@ -215,6 +216,11 @@ void ExodusReader::read_cells(const NetcdfVariable& connect, const ExodusElement
   const std::span<const std::uint8_t> places = exodus_mid_nodes(type.kind, nodes);
   if (nodes > corners && places.empty()) crooked_ += block.count;
   std::vector<std::uint32_t> mid_nodes(places.size());
+  std::vector<std::uint64_t> others;  // Places of nodes that are left out.
+  for (std::uint64_t i = corners; i < nodes; ++i) {
+    if (std::ranges::find(places, i) == places.end()) others.push_back(i);
+  }
+  if (!places.empty() && !others.empty()) with_other_nodes_ += block.count;
   for (std::uint64_t cell = 0; cell < block.count; ++cell) {
     const std::uint64_t first = cell * nodes;
     for (std::uint64_t corner = 0; corner < corners; ++corner) {
@@ -226,9 +232,8 @@ void ExodusReader::read_cells(const NetcdfVariable& connect, const ExodusElement
     });
     if (!places.empty()) {
       add_second_order_cell(static_cast<std::uint32_t>(mesh.cell_count()), mid_nodes, file_.second_order);
-    } else {
-      for (std::uint64_t i = corners; i < nodes; ++i) file_.left_out_nodes.push_back(vertex(numbers, first + i));
     }
+    for (const std::uint64_t place : others) file_.left_out_nodes.push_back(vertex(numbers, first + place));
     mesh.cell_kinds.push_back(type.kind);
   }
 }
@@ -385,6 +390,7 @@ void ExodusReader::warn() {
     if (count > 0) file_.warnings.push_back(std::to_string(count) + " " + text);
   };
   note(flat_, "points, lines, faces and shells left out");
+  note(with_other_nodes_, "cells have nodes in the middle of triangles or of themselves, which are left out");
   note(crooked_, "cells with more nodes than corners taken by their corners: curved edges become straight");
   note(count_of("num_node_sets"), "sets of nodes left out");
   note(count_of("num_side_sets"), "sets of sides left out");

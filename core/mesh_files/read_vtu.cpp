@@ -137,12 +137,11 @@ std::filesystem::path VtuReader::path_of(const VtuDocument& partition, pugi::xml
 }
 
 void VtuReader::read_pieces(const VtuDocument& document) {
-  const auto has_points = [](pugi::xml_node piece) {
-    return std::string_view(piece.attribute("NumberOfPoints").value()) != "0";
-  };
   document_ = &document;
   for (const pugi::xml_node piece : document.grid().children("Piece")) {
-    if (has_points(piece)) read_piece(piece);
+    if (document.count(piece, "NumberOfPoints", limits_.max_vertices - file_.mesh.vertex_count()) > 0) {
+      read_piece(piece);
+    }
   }
   // No cell beyond the file uses its points.
   if (!unfit_.empty()) std::exchange(unfit_, {}).throw_if_used(used_nodes(file_), file_.numbers, document.place());

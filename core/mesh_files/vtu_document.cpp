@@ -44,6 +44,9 @@ VtuCompressor compressor_called(std::string_view name) {
   return name == "vtkLZMADataCompressor" ? VtuCompressor::kLzma : VtuCompressor::kUnknown;
 }
 
+/// Fortran programs write "+11047".
+std::string_view without_plus(std::string_view number) { return number.starts_with('+') ? number.substr(1) : number; }
+
 /// The array's text: there may be other elements beside it.
 pugi::xml_node text_of(pugi::xml_node array) {
   for (const pugi::xml_node child : array.children()) {
@@ -166,7 +169,7 @@ std::uint64_t VtuDocument::count(pugi::xml_node node, const char* attribute, std
                                  std::optional<std::uint64_t> absent) const {
   const pugi::xml_attribute found = node.attribute(attribute);
   if (!found && absent) return *absent;
-  const std::optional<std::uint64_t> value = parse_count(found.value());
+  const std::optional<std::uint64_t> value = parse_count(without_plus(found.value()));
   if (!value) {
     fail(node, ErrorCode::kFileSyntax,
          std::string("expected a whole number as ") + attribute + ", found " + in_quotes(printable(found.value())));

@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -67,11 +69,67 @@ TEST(ReadExodus, SaysWhatIsLeftOut) {
                           "1 sets of sides left out", "the last of 2 time steps taken, the others left out"));
 }
 
+std::string be(std::uint64_t value) {
+  std::string bytes;
+  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 255);
+  return bytes;
+}
+
+std::string padded(std::string text) { return be(text.size()) + text + std::string((4 - text.size() % 4) % 4, '\0'); }
+
+/// A classic file of one tetrahedron with so many nodes, at (0, 0, 0), (1, 1, 1), and so on but for its corners.
+std::string one_tet(std::uint64_t nodes) {
+  const std::string none(8, '\0');
+  std::string head = std::string("CDF\x01", 4) + be(0) + be(10) + be(5) + padded("num_dim") + be(3) +
+                     padded("num_nodes") + be(nodes) + padded("num_el_blk") + be(1) + padded("num_el_in_blk1") + be(1) +
+                     padded("num_nod_per_el1") + be(nodes) + none + be(11) + be(4);
+  const std::string type = padded("TETRA" + std::to_string(nodes)),
+                    attribute = be(12) + be(1) + padded("elem_type") + be(2) + type;
+  const std::uint64_t coordinates = 4 * nodes;
+  std::uint64_t begin = 0;
+  std::string variables;
+  const auto header_of = [&](std::uint64_t first) {
+    begin = first;
+    variables.clear();
+    for (const char* name : {"coordx", "coordy", "coordz"}) {
+      variables += padded(name) + be(1) + be(1) + none + be(5) + be(coordinates) + be(begin);
+      begin += coordinates;
+    }
+    variables += padded("connect1") + be(2) + be(3) + be(4) + attribute + be(4) + be(coordinates) + be(begin);
+    return head + variables;
+  };
+  std::string file = header_of(header_of(0).size());
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::uint64_t node = 0; node < nodes; ++node) {
+      const float x = node < 4 ? static_cast<float>(node == axis + 1) : static_cast<float>(node);
+      file += be(std::bit_cast<std::uint32_t>(x));
+    }
+  }
+  for (std::uint64_t node = 1; node <= nodes; ++node) file += be(node);
+  return file;
+}
+
+TEST(ReadExodus, SaysWhichNodesOfSecondOrderAreLeftOut) {
+  for (const std::uint64_t nodes : {10, 14, 15}) {
+    const MeshFile file = read_exodus(one_tet(nodes));
+    EXPECT_EQ(file.mesh.mid_nodes.edges.size(), 6u) << nodes;
+    EXPECT_EQ(file.mesh.mid_nodes.positions[0], Vec3(4, 4, 4)) << nodes;
+    EXPECT_THAT(file.numbers.mid_nodes, testing::UnorderedElementsAre(5, 6, 7, 8, 9, 10)) << nodes;
+    if (nodes == 10) {
+      EXPECT_TRUE(file.warnings.empty()) << file.warnings.front();
+    } else {
+      EXPECT_THAT(file.warnings,
+                  ElementsAre("1 cells have nodes in the middle of triangles or of themselves, which are "
+                              "left out"));
+    }
+  }
+}
+
 TEST(ReadExodus, OtherCellsAreRefused) {
   expect_error([] { read_exodus(with(classic(), "TETRA10", "PYRAMID")); }, ErrorCode::kMeshUnsupportedCell,
                "block '30' has 1 elements of type 'PYRAMID', pyramids, of which only those of 5 nodes are read");
   expect_error([] { read_exodus(with(classic(), "TETRA10", "NFACED9")); }, ErrorCode::kMeshUnsupportedCell,
-               "type 'NFACED9', which isn't read");
+               "type 'NFACED9', which isn't read: save the part with");
   expect_error([] { read_exodus(with(classic(), "SHELL4", std::string_view("HEX8\0\0", 6))); }, ErrorCode::kFileSyntax,
                "'connect1' has too");
 }

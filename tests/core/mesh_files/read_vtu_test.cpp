@@ -350,6 +350,13 @@ TEST(ReadVtu, MindsCompressorsOnlyWhereSomethingIsCompressed) {
          "compressor 'vtkNewDataCompressor' is not known; save it with zlib, LZ4, LZMA or without compression");
 }
 
+TEST(ReadVtu, ReadsNumbersWithASign) {
+  const std::string text = with_replaced(tet(), "NumberOfPoints=\"4\"", "NumberOfPoints=\"+4\"");
+  EXPECT_EQ(read_vtu(whole(piece(0, "", 0, "", "", "") + text)).mesh.cell_count(), 1u);
+  expect(whole(with_replaced(tet(), "NumberOfPoints=\"4\"", "NumberOfPoints=\"++4\"")), ErrorCode::kFileSyntax,
+         "expected a whole number as NumberOfPoints, found '++4'");
+}
+
 TEST(ReadVtu, SaysThatALonePieceIsOne) {
   const std::string ghosts = "<CellData>" + array("vtkGhostType", "UInt8", "0 1") + "</CellData>";
   const MeshFile file = read_vtu(whole(piece(5, kTetPoints + " 1 1 1", 2, "0 1 2 3 1 2 3 4", "4 8", "10 10", ghosts)));
