@@ -160,6 +160,15 @@ def check_slices(commands):
     commands.run("package", "package", "grabcad", "-o", "box.gcvf")
 
 
+def check_trays(commands):
+    packed = commands.run("tray-pack", "tray", "pack", "box.ccmesh", "--copies", "3", "--printer", "j750-hm", "-o",
+                          "tray.json")
+    require(packed["parts"] == [{"name": "box", "placements": 3}], packed)
+    commands.run("tray-export", "tray", "export", "tray.json", "-o", "tray.3mf")
+    imported = commands.run("tray-import", "tray", "import", "tray.3mf", "--job", "tray.json", "-o", "again.json")
+    require(imported["parts"] == packed["parts"] and imported["left_out"] == 0, imported)
+
+
 def main(ccsliced, ccslice):
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
@@ -168,6 +177,7 @@ def main(ccsliced, ccslice):
             check_meshes(commands)
             check_answers(commands)
             check_slices(commands)
+            check_trays(commands)
     schemas = {path.stem for path in SCHEMAS.glob("*.json")}
     require(schemas == commands.seen, f"schemas that nothing was compared with: {schemas - commands.seen}")
     print(f"{len(schemas)} schemas: the documents fit")

@@ -43,6 +43,9 @@ DOCUMENTS = {
     "printers": ("ccslice printers --json", ["Printer"]),
     "probe": ("ccslice probe --json", ["PointAnswer"]),
     "slice": ("ccslice slice --json", ("SlicedLayers", "CompleteLayers")),
+    "tray-export": ("ccslice tray export --json", "TrayFile"),
+    "tray-import": ("ccslice tray import --json", "ImportedTray"),
+    "tray-pack": ("ccslice tray pack --json", "PackedTrayDocument"),
     "upload": ("ccslice upload --json", "UploadedMesh"),
     "view": ("ccslice view --json", "ViewAddress"),
 }

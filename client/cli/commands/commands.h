@@ -33,5 +33,7 @@ Command add_picture(CLI::App& parent, CommonOptions& common);
 Command add_view(CLI::App& parent, CommonOptions& common);
 Command add_export(CLI::App& parent, CommonOptions& common);
 Command add_package(CLI::App& parent, CommonOptions& common);
+/// `tray` and the commands below it.
+std::vector<Command> add_tray(CLI::App& parent, CommonOptions& common);
 
 }  // namespace ccslice::cli

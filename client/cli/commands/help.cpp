@@ -104,10 +104,10 @@ std::string meant(const std::string& word, const std::vector<std::string>& names
   return closest.empty() ? "" : "; did you mean " + closest + "?";
 }
 
-/// The command that was being parsed: the one of the command line, or the program.
+/// The command that was being parsed: the innermost one of the command line, or the program.
 const CLI::App& parsed_command(const CLI::App& app) {
   const std::vector<CLI::App*> commands = app.get_subcommands();
-  return commands.empty() ? app : *commands.front();
+  return commands.empty() ? app : parsed_command(*commands.front());
 }
 
 /// What of the command line belongs to nothing; empty if all does.
@@ -118,12 +118,14 @@ std::string describe_rest(const CLI::App& app, const CLI::App& command) {
     const std::string name = option->substr(0, option->find('='));
     const std::vector<std::string> names = option_names(command);
     if (&command != &app && std::ranges::find(names, name) != names.end()) {
-      return name + " stands behind its command, as in " + app.get_name() + " " + command.get_name() + " " + name;
+      return name + " stands behind its command, as in " + full_name(command) + " " + name;
     }
     return "unknown option " + echoed(name) + meant(name, names);
   }
   if (rest.empty()) return "";
-  if (&command == &app) return "unknown command " + echoed(rest.front()) + meant(rest.front(), command_names(app));
+  if (const std::vector<std::string> names = command_names(command); !names.empty()) {
+    return "unknown command " + echoed(rest.front()) + meant(rest.front(), names);
+  }
   return "unexpected argument " + echoed(rest.front());
 }
 
@@ -212,12 +214,16 @@ std::string closest_name(std::string_view word, const std::vector<std::string>& 
   return closest;
 }
 
+std::string full_name(const CLI::App& command) {
+  const CLI::App* const parent = command.get_parent();
+  return parent == nullptr ? command.get_name() : full_name(*parent) + " " + command.get_name();
+}
+
 std::string describe_parse_error(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = parsed_command(app);
   const std::string rest = describe_rest(app, command);
-  const std::string name = &command == &app ? "ccslice" : "ccslice " + command.get_name();
   const std::string what = rest.empty() ? describe_conversion(command, error.what()) : rest;
-  return what + "\n" + name + " --help shows what there is";
+  return what + "\n" + full_name(command) + " --help shows what there is";
 }
 
 }  // namespace ccslice::cli

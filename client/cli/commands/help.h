@@ -40,6 +40,9 @@ std::string wrapped_footer(const std::string& footer, std::size_t columns);
 /// The name that is most like `word`, if one is like it: "pich" means "pitch". Empty if none is.
 std::string closest_name(std::string_view word, const std::vector<std::string>& names);
 
+/// "ccslice tray pack": the command with those that it is below.
+std::string full_name(const CLI::App& command);
+
 /// What is wrong with a command line that `app` couldn't parse, what may have been meant, and where help is.
 std::string describe_parse_error(const CLI::App& app, const CLI::ParseError& error);
 

@@ -10,6 +10,7 @@
 #include "client/cli/base/text_values.h"
 #include "client/cli/options/job_file.h"
 #include "client/cli/output/grabcad.h"
+#include "client/job.h"
 #include "client/mesh_bytes.h"
 #include "core/base/count_text.h"
 #include "core/base/echo.h"
@@ -38,21 +39,45 @@ v1::SliceJob job_of_file(const JobOptions& options) {
 }
 
 /// Returns the file of a part's mesh, which the command line or the job names, or the mesh's id.
-std::string mesh_of_part(const Session& session, const JobOptions& options, const v1::SliceJob& job, int p) {
+std::string mesh_of_part(const JobOptions& options, const v1::SliceJob& job, int p) {
   const std::string& id = job.parts(p).mesh_id();
   if (!options.mesh.mesh.empty()) {
-    const std::string& given = p == 0 ? options.mesh.mesh : options.parts.more[static_cast<std::size_t>(p) - 1];
-    if (!id.empty() && !client::is_mesh_id(id) && !session.quiet()) {
-      print_note("note: " + echoed(given) + " stands in for " + echoed(id) + ", which " + options.file +
-                 " names in parts[" + std::to_string(p) + "]");
-    }
-    return given;
+    return p == 0 ? options.mesh.mesh : options.parts.more[static_cast<std::size_t>(p) - 1];
   }
   if (id.empty()) {
     throw UsageError("--job: parts[" + std::to_string(p) + "] of " + options.file +
                      " has no mesh_id; give it an id or a path, or name the files as MESH");
   }
   return client::is_mesh_id(id) ? id : mesh_path(options.file, id);
+}
+
+/// Says so where the command line names another mesh than the job does.
+void note_stand_in(const JobOptions& options, const v1::SliceJob& job, int p, const std::string& mesh) {
+  const std::string& id = job.parts(p).mesh_id();
+  if (options.mesh.mesh.empty() || id.empty() || client::is_mesh_id(id)) return;
+  print_note("note: " + echoed(mesh) + " stands in for " + echoed(id) + ", which " + options.file + " names in parts[" +
+             std::to_string(p) + "]");
+}
+
+/// Takes a job's file that stands where the mesh does as --job would.
+void take_job_for_mesh(JobOptions& options, CommonOptions& common) {
+  if (!options.file.empty() || !is_job_file(options.mesh.mesh)) return;
+  options.file = common.job_file = options.mesh.mesh;
+  options.mesh.mesh.clear();
+  if (options.parts.more.empty()) return;
+  options.mesh.mesh = options.parts.more.front();
+  options.parts.more.erase(options.parts.more.begin());
+}
+
+void add_job_file_option(CLI::App& app, JobOptions& options, CommonOptions& common) {
+  const auto take_file = [&](const std::string& file) { options.file = common.job_file = file; };
+  app.add_option_function<std::string>(
+         "--job", take_file,
+         "Take the whole job from this file, a SliceJob in JSON as --write-job writes it, in place of options. "
+         "Its parts name their meshes by id, or by paths beside the file; MESH and MORE say where meshes are "
+         "that the server may lack, one for each part. A job's file in place of MESH is taken alike")
+      ->group("Job");
+  app.parse_complete_callback([&] { take_job_for_mesh(options, common); });
 }
 
 /// Notes the options that `add` adds.
@@ -67,6 +92,14 @@ void said_in_files(const CLI::App& app, JobOptions& options, const Add& add) {
 
 }  // namespace
 
+void add_part_job_options(CLI::App& app, JobOptions& options, CommonOptions& common) {
+  add_mesh_options(app, options.mesh, false);
+  add_part_options(app, options.parts);
+  said_in_files(app, options, [&] { add_placement_options(app, options.placement); });
+  options.said_in_files.push_back(app.get_option("--at"));
+  add_job_file_option(app, options, common);
+}
+
 void add_placed_job_options(CLI::App& app, JobOptions& options, CommonOptions& common) {
   add_mesh_options(app, options.mesh, false);
   add_part_options(app, options.parts);
@@ -76,32 +109,38 @@ void add_placed_job_options(CLI::App& app, JobOptions& options, CommonOptions& c
     add_printing_options(app, options.printing);
   });
   options.said_in_files.push_back(app.get_option("--at"));
-  const auto take_file = [&](const std::string& file) { options.file = common.job_file = file; };
-  app.add_option_function<std::string>(
-         "--job", take_file,
-         "Take the whole job from this file, a SliceJob in JSON as --write-job writes it, in place of options. "
-         "Its parts name their meshes by id, or by paths beside the file; MESH and MORE say where meshes are "
-         "that the server may lack, one for each part")
-      ->group("Job");
+  add_job_file_option(app, options, common);
 }
 
-void add_job_options(CLI::App& app, JobOptions& options, CommonOptions& common) {
-  add_placed_job_options(app, options, common);
+void add_layer_options(CLI::App& app, JobOptions& options) {
   said_in_files(app, options, [&] {
     add_plane_options(app, options.planes);
     add_layout_options(app, options.layout);
     add_background_option(app, options.printing);
   });
-  app.add_option("--write-job", options.written_file, "Write the job that the options say to this file, for --job")
-      ->group("Job");
-  app.add_option("--smallest-feature", options.smallest_feature_mm,
-                 "Warn where the part is thinner than this, in mm; 0 for no such warning (default: two voxels across)")
-      ->group("Grid");
   app.add_option("--format", options.software,
                  "Write what this software takes. grabcad: slice_0.png, slice_1.png, ... as GrabCAD Voxel Print takes "
                  "them, with up to 6 materials; give a --printer too")
       ->check(CLI::IsMember({"grabcad"}))
       ->group("Pictures");
+}
+
+void add_job_options(CLI::App& app, JobOptions& options, CommonOptions& common) {
+  add_placed_job_options(app, options, common);
+  add_layer_options(app, options);
+  app.add_option("--write-job", options.written_file, "Write the job that the options say to this file, for --job")
+      ->group("Job");
+  app.add_option("--smallest-feature", options.smallest_feature_mm,
+                 "Warn where the part is thinner than this, in mm; 0 for no such warning (default: two voxels across)")
+      ->group("Grid");
+}
+
+v1::SliceJob parts_of(const JobOptions& options) {
+  if (!options.file.empty()) return job_of_file(options);
+  if (options.mesh.mesh.empty()) throw UsageError("say which parts: MESH, or a file with a job");
+  v1::SliceJob job = client::job_of("", parse_placement(options.placement));
+  place_parts(options.mesh.mesh, options.parts, job);
+  return job;
 }
 
 v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {
@@ -129,7 +168,8 @@ PartNumbers put_on_server(Session& session, const JobOptions& options, v1::Slice
   PartNumbers numbers;
   for (int p = 0; p < job.parts_size(); ++p) {
     MeshOptions mesh = options.mesh;
-    mesh.mesh = mesh_of_part(session, options, job, p);
+    mesh.mesh = mesh_of_part(options, job, p);
+    if (!session.quiet()) note_stand_in(options, job, p, mesh.mesh);
     if (const v1::VoxelPitch& pitch = job.grid().pitch(); job.grid().has_pitch()) {
       mesh.meaning.voxel_mm = std::min({pitch.x_mm(), pitch.y_mm(), pitch.z_mm()});
     }
@@ -146,6 +186,17 @@ PartNumbers put_on_server(Session& session, const JobOptions& options, v1::Slice
   if (job.parts_size() > 1) session.forget_file();  // What the server says is of any of the parts.
   if (!options.written_file.empty()) write_job_file(options.written_file, job);
   return numbers;
+}
+
+std::vector<std::string> mesh_names_for(const JobOptions& options, const v1::SliceJob& job,
+                                        const std::string& job_file) {
+  std::vector<std::string> names;
+  for (int p = 0; p < job.parts_size(); ++p) {
+    const std::string mesh = mesh_of_part(options, job, p);
+    const bool needs_id = client::is_mesh_id(mesh) || change_mesh(options.mesh);
+    names.push_back(needs_id ? "" : mesh_name_beside(job_file, mesh));
+  }
+  return names;
 }
 
 v1::PlanSlicesResponse plan_of(Session& session, const JobOptions& options, const v1::SliceJob& job) {

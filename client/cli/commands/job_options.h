@@ -38,11 +38,18 @@ struct JobOptions {
   std::vector<const CLI::Option*> said_in_files;  // Options that say what a file says.
 };
 
+/// Options of the parts, where they go, and --job. A file with a job may also stand where MESH does.
+void add_part_job_options(CLI::App& app, JobOptions& options, CommonOptions& common);
 /// Options of the parts, where they go, the grid and the printing, and --job.
 void add_placed_job_options(CLI::App& app, JobOptions& options, CommonOptions& common);
 /// Those, and what is to be known of the layers.
 void add_job_options(CLI::App& app, JobOptions& options, CommonOptions& common);
 
+/// What is to be known of the layers, but for what only plans take.
+void add_layer_options(CLI::App& app, JobOptions& options);
+
+/// The parts in their places and nothing else, unless a file says the job. Throws UsageError.
+v1::SliceJob parts_of(const JobOptions& options);
 /// The job. Where options say it, without the ids of meshes, which put_on_server() gives it. Throws UsageError.
 v1::SliceJob job_of(JobOptions options, const ContourFiles& contours);
 
@@ -52,6 +59,11 @@ using PartNumbers = std::vector<std::optional<FileNumbers>>;
 /// Puts the job's meshes on the server, and writes the job's file if one is wanted. How near a fit has to come to its
 /// vertices follows from the voxels.
 PartNumbers put_on_server(Session& session, const JobOptions& options, v1::SliceJob& job);
+
+/// By part: what a job that is to be written to `job_file` calls its mesh, so that `ccslice slice` finds it there: a
+/// path from the job's folder on, or nothing where only the id will do, as options change what is in the file.
+std::vector<std::string> mesh_names_for(const JobOptions& options, const v1::SliceJob& job,
+                                        const std::string& job_file);
 
 v1::PlanSlicesResponse plan_of(Session& session, const JobOptions& options, const v1::SliceJob& job);
 

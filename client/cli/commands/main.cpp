@@ -59,7 +59,7 @@ int run(const Program& program) {
   try {
     Session session(options, cancellation);
     for (const Command& command : program.commands) {
-      if (program.app.got_subcommand(command.app)) run(command, session);
+      if (command.app->parsed() > 0) run(command, session);
     }
     return kExitOk;
   } catch (const std::exception& exception) {

@@ -4,6 +4,7 @@
 #include "client/cli/commands/program.h"
 
 #include <memory>
+#include <utility>
 
 #include "client/cli/commands/help.h"
 #include "core/base/version.h"
@@ -35,6 +36,7 @@ Program::Program() : app("Slices Catmull-Clark solids into voxel layers, through
               add_upload(app, options),  add_export(app, options),   add_package(app, options),
               add_models(app, options),  add_printers(app, options), add_convert(app, options),
               add_view(app, options)};
+  for (Command& command : add_tray(app, options)) commands.push_back(std::move(command));
 }
 
 }  // namespace ccslice::cli

@@ -123,24 +123,92 @@ std::string zsh_option(const CLI::Option& option, const std::string& name) {
   return shell_quoted(spec);
 }
 
+/// "tray pack": a command's words behind the program's.
+std::string words_of(const CLI::App& command) {
+  const std::string name = full_name(command);
+  return name.substr(std::min(name.find(' '), name.size() - 1) + 1);
+}
+
+/// What of a completion's `case` is for a command: in `values` the words of options that take some, in `options` those
+/// of the command itself.
+void add_bash_command(const CLI::App& command, std::string& values, std::string& options) {
+  std::vector<std::string> all;
+  for (const CLI::App* below : commands_of(command)) all.push_back(below->get_name());
+  for (const CLI::Option* option : options_of(command)) {
+    for (const std::string& name : names_of(*option)) {
+      all.push_back(name);
+      const std::vector<std::string> choices = choices_of(*option);
+      if (choices.empty() || !takes_value(*option)) continue;
+      values +=
+          "    " + shell_quoted(words_of(command) + " " + name) + ") words=" + shell_quoted(joined(choices)) + " ;;\n";
+    }
+  }
+  options += "      " + shell_quoted(words_of(command)) + ") words=" + shell_quoted(joined(all)) + " ;;\n";
+}
+
+/// Names and descriptions of commands, for zsh's _describe.
+std::string zsh_names(const CLI::App& app) {
+  std::string names;
+  for (const CLI::App* command : commands_of(app)) {
+    names += "    " + shell_quoted(zsh_text(command->get_name()) + ":" + command->get_description()) + "\n";
+  }
+  return names;
+}
+
+std::string zsh_case(const CLI::App& command) {
+  std::string text = "    " + shell_quoted(words_of(command)) + ")\n";
+  if (const std::string below = zsh_names(command); !below.empty()) {
+    return text + "      local -a below=(\n" + below + "      )\n      _describe command below ;;\n";
+  }
+  text += "      _arguments \\\n";
+  for (const CLI::Option* option : options_of(command)) {
+    for (const std::string& name : names_of(*option)) text += "        " + zsh_option(*option, name) + " \\\n";
+  }
+  return text + "        '*:file:_files' ;;\n";
+}
+
+/// Names of the commands that have commands below them, as a pattern of a shell: "tray|other".
+std::string groups_of(const CLI::App& app) {
+  std::string pattern;
+  for (const CLI::App* command : commands_of(app)) {
+    if (!commands_of(*command).empty()) pattern += (pattern.empty() ? "" : "|") + command->get_name();
+  }
+  return pattern;
+}
+
 }  // namespace
+
+std::vector<const CLI::App*> all_commands(const CLI::App& app) {
+  std::vector<const CLI::App*> all;
+  for (const CLI::App* command : commands_of(app)) {
+    all.push_back(command);
+    for (const CLI::App* below : all_commands(*command)) all.push_back(below);
+  }
+  return all;
+}
+
+std::string page_name(const CLI::App& command) {
+  std::string name = full_name(command);
+  std::ranges::replace(name, ' ', '-');
+  return name;
+}
 
 std::string manual_page(const CLI::App& app) {
   const bool program = app.get_parent() == nullptr;
-  const std::string name = program ? app.get_name() : "ccslice-" + app.get_name();
+  const std::string name = page_name(app);
   std::string page = ".TH " + upper(name) + " 1 \"\" \"ccslice " + kVersion + "\" \"ccslice\"\n";
   page += ".SH NAME\n" + roff(name) + " \\- " + roff(app.get_description()) + "\n";
-  page += ".SH SYNOPSIS\n" + bold(program ? "ccslice" : "ccslice " + app.get_name());
-  page += program ? " \\fICOMMAND\\fR [\\fIOPTIONS\\fR]\n" : " [\\fIOPTIONS\\fR]";
+  page += ".SH SYNOPSIS\n" + bold(full_name(app));
+  page += !commands_of(app).empty() ? " \\fICOMMAND\\fR [\\fIOPTIONS\\fR]\n" : " [\\fIOPTIONS\\fR]";
   for (const CLI::Option* option : app.get_options([](const CLI::Option* o) { return o->get_positional(); })) {
     page += " \\fI" + roff(option->get_name()) + "\\fR";
   }
   page += "\n.SH OPTIONS\n";
   add_manual_options(app, page);
-  if (program) {
+  if (const std::vector<const CLI::App*> all = all_commands(app); !all.empty()) {
     page += ".SH COMMANDS\n";
-    for (const CLI::App* command : commands_of(app)) {
-      page += ".TP\n" + bold("ccslice-" + command->get_name()) + "(1)\n" + roff(command->get_description()) + "\n";
+    for (const CLI::App* command : all) {
+      page += ".TP\n" + bold(page_name(*command)) + "(1)\n" + roff(command->get_description()) + "\n";
     }
   }
   if (!app.get_footer().empty()) page += ".SH NOTES\n" + manual_notes(app.get_footer());
@@ -151,20 +219,8 @@ std::string manual_page(const CLI::App& app) {
 std::string bash_completion(const CLI::App& app) {
   std::vector<std::string> names = {"help", "--help", "--version"};
   std::string values, options;
-  for (const CLI::App* command : commands_of(app)) {
-    names.push_back(command->get_name());
-    std::vector<std::string> all;
-    for (const CLI::Option* option : options_of(*command)) {
-      for (const std::string& name : names_of(*option)) {
-        all.push_back(name);
-        const std::vector<std::string> choices = choices_of(*option);
-        if (choices.empty() || !takes_value(*option)) continue;
-        values += "    " + shell_quoted(command->get_name() + " " + name) + ") words=" + shell_quoted(joined(choices)) +
-                  " ;;\n";
-      }
-    }
-    options += "      " + command->get_name() + ") words=" + shell_quoted(joined(all)) + " ;;\n";
-  }
+  for (const CLI::App* command : commands_of(app)) names.push_back(command->get_name());
+  for (const CLI::App* command : all_commands(app)) add_bash_command(*command, values, options);
   return "# bash completion of ccslice, made of its --help\n"
          "_ccslice() {\n"
          "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} command=${COMP_WORDS[1]} words=\n"
@@ -175,10 +231,16 @@ std::string bash_completion(const CLI::App& app) {
          "    mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$word\")\n"
          "    return\n"
          "  fi\n"
+         "  local group=\n"
+         "  case $command in " +
+         groups_of(app) +
+         ")\n"
+         "    if ((COMP_CWORD == 2)); then group=yes; else command=\"$command ${COMP_WORDS[2]}\"; fi ;;\n"
+         "  esac\n"
          "  case \"$command $before\" in\n" +
          values +
          "  esac\n"
-         "  if [[ -z $words && $word == -* ]]; then\n"
+         "  if [[ -z $words && ($word == -* || -n $group) ]]; then\n"
          "    case $command in\n" +
          options +
          "    esac\n"
@@ -194,19 +256,12 @@ std::string bash_completion(const CLI::App& app) {
 }
 
 std::string zsh_completion(const CLI::App& app) {
-  std::string names, cases;
-  for (const CLI::App* command : commands_of(app)) {
-    names += "    " + shell_quoted(zsh_text(command->get_name()) + ":" + command->get_description()) + "\n";
-    cases += "    " + command->get_name() + ")\n      _arguments \\\n";
-    for (const CLI::Option* option : options_of(*command)) {
-      for (const std::string& name : names_of(*option)) cases += "        " + zsh_option(*option, name) + " \\\n";
-    }
-    cases += "        '*:file:_files' ;;\n";
-  }
+  std::string cases;
+  for (const CLI::App* command : all_commands(app)) cases += zsh_case(*command);
   return "#compdef ccslice\n"
          "# zsh completion of ccslice, made of its --help\n"
          "local -a commands=(\n" +
-         names +
+         zsh_names(app) +
          "    'help:Explain a command'\n"
          ")\n"
          "if ((CURRENT == 2)); then\n"
@@ -215,6 +270,15 @@ std::string zsh_completion(const CLI::App& app) {
          "  local command=$words[2]\n"
          "  shift words\n"
          "  ((CURRENT--))\n"
+         "  case $command in " +
+         groups_of(app) +
+         ")\n"
+         "    if ((CURRENT > 2)); then\n"
+         "      command=\"$command $words[2]\"\n"
+         "      shift words\n"
+         "      ((CURRENT--))\n"
+         "    fi ;;\n"
+         "  esac\n"
          "  case $command in\n" +
          cases +
          "    help) _describe command commands ;;\n"

@@ -32,8 +32,8 @@ int main(int argc, char** argv) {
     const std::filesystem::path folder = argv[1];
     const ccslice::cli::Program program;
     std::filesystem::create_directories(folder / "man1");
-    for (const CLI::App* command : program.app.get_subcommands({})) {
-      write(folder / "man1" / ("ccslice-" + command->get_name() + ".1"), ccslice::cli::manual_page(*command));
+    for (const CLI::App* command : ccslice::cli::all_commands(program.app)) {
+      write(folder / "man1" / (ccslice::cli::page_name(*command) + ".1"), ccslice::cli::manual_page(*command));
     }
     write(folder / "ccslice", ccslice::cli::bash_completion(program.app));
     write(folder / "_ccslice", ccslice::cli::zsh_completion(program.app));

@@ -454,10 +454,14 @@ void print_notes(const Session& session, const LoadedMesh& mesh) {
   for (const std::string& warning : mesh.warnings) print_note("note: " + warning);
 }
 
+bool change_mesh(const MeshOptions& options) {
+  return !options.grades.empty() || options.meaning.any() || options.size.any() || options.allow_folds ||
+         !options.regions_from.empty() || !options.cell_data.empty() || options.merge.any();
+}
+
 bool names_mesh_id(const MeshOptions& options) {
   if (!client::is_mesh_id(options.mesh)) return false;
-  if (!options.grades.empty() || options.meaning.any() || options.size.any() || options.allow_folds ||
-      !options.regions_from.empty() || !options.cell_data.empty() || options.merge.any()) {
+  if (change_mesh(options)) {
     throw UsageError(
         "--units, --size, --center, --on-bed, --grade, --merge-points, --no-merge, --no-split, --as-meshed, --part, "
         "--sharp-..., --fit, --smooth, --regions-from, --cell-data and --allow-folds change a mesh file; " +

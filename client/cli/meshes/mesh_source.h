@@ -59,6 +59,9 @@ LoadedMesh load_mesh(const MeshOptions& options, bool quiet = true);
 /// Notes on what was read and changed: lines on standard error, unless the session is quiet.
 void print_notes(const Session& session, const LoadedMesh& mesh);
 
+/// Whether the options make another mesh of what is in the file.
+bool change_mesh(const MeshOptions& options);
+
 /// Whether the options name a mesh on the server rather than a file. Throws UsageError if it is to be changed.
 bool names_mesh_id(const MeshOptions& options);
 

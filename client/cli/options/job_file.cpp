@@ -5,8 +5,11 @@
 
 #include <google/protobuf/util/json_util.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <string_view>
 #include <system_error>
 
@@ -34,7 +37,32 @@ std::string text_of(const v1::SliceJob& job) {
   return json;
 }
 
+/// The name of the first member of a JSON object that begins so; empty if there is none.
+std::string first_member(std::string_view json) {
+  const auto skip_blanks = [&] { json.remove_prefix(std::min(json.find_first_not_of(" \t\r\n"), json.size())); };
+  skip_blanks();
+  if (!json.starts_with('{')) return {};
+  json.remove_prefix(1);
+  skip_blanks();
+  if (!json.starts_with('"')) return {};
+  json.remove_prefix(1);
+  return std::string(json.substr(0, std::min(json.find('"'), json.size())));
+}
+
 }  // namespace
+
+bool is_job_file(const std::string& path) {
+  constexpr std::size_t kBeginning = 4096;
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(path, unknown)) return false;
+  std::string beginning(kBeginning, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(beginning.data(), kBeginning);
+  beginning.resize(static_cast<std::size_t>(file.gcount()));
+  const std::string member = first_member(without_utf8_mark(beginning));
+  const google::protobuf::Descriptor& job = *v1::SliceJob::descriptor();
+  return job.FindFieldByName(member) != nullptr || job.FindFieldByCamelcaseName(member) != nullptr;
+}
 
 v1::SliceJob read_job_file(const std::string& path) {
   const std::string bytes = read_file_bytes(path, kMostBytes);
@@ -63,6 +91,16 @@ void write_job_file(const std::string& path, const v1::SliceJob& job) {
                 "--write-job: " + echoed(path) + " is there already, with something else in it; remove it first");
   }
   write_file(path, json);
+}
+
+void replace_job_file(const std::string& path, const v1::SliceJob& job) { write_file(path, text_of(job)); }
+
+std::string mesh_name_beside(const std::string& job_file, const std::string& mesh) {
+  std::error_code error;
+  const auto folder = std::filesystem::absolute(job_file, error).parent_path();
+  const auto file = std::filesystem::absolute(mesh, error);
+  const auto relative = std::filesystem::proximate(file, folder, error);
+  return error ? file.string() : relative.string();
 }
 
 std::string mesh_path(const std::string& job_file, const std::string& mesh_id) {

@@ -12,8 +12,6 @@
 #include <string_view>
 #include <vector>
 
-#include "client/cli/base/xml.h"
-#include "client/cli/output/zip_file.h"
 #include "client/cli/pictures/picture.h"
 #include "client/cli/pictures/png_file.h"
 #include "core/base/error.h"
@@ -21,7 +19,6 @@
 namespace ccslice::cli {
 namespace {
 
-constexpr const char* kCore = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
 /// The namespace of properties that are channels, each in the channel's own unit.
 constexpr const char* kChannels = "urn:ccslice:channels:1";
 constexpr const char* kVolumetric = "http://schemas.3mf.io/3dmanufacturing/volumetric/2022/01";
@@ -170,13 +167,25 @@ std::string to_unit_cube(const LayerStack& stack) {
          shortest(offset[0]) + " " + shortest(offset[1]) + " " + shortest(offset[2]);
 }
 
+void add_triangles(const client::Surface& surface, XmlWriter& xml) {
+  xml.begin("vertices");
+  for (const auto& [x, y, z] : surface.points_mm) {
+    xml.begin("vertex").attribute("x", x).attribute("y", y).attribute("z", z).end();
+  }
+  xml.end().begin("triangles");
+  for (const auto& [a, b, c] : surface.triangles) {
+    xml.begin("triangle").attribute("v1", a).attribute("v2", b).attribute("v3", c).end();
+  }
+  xml.end();
+}
+
 class ModelWriter {
  public:
   ModelWriter(const LayerStack& stack, const client::Surface& boundary)
       : stack_(stack), boundary_(boundary), ratios_(ratio_planes(stack)), materials_(materials_of(stack)) {}
 
   std::string write() {
-    xml_.begin("model").attribute("unit", "millimeter").attribute("xml:lang", "en-US").attribute("xmlns", kCore);
+    xml_.begin("model").attribute("unit", "millimeter").attribute("xml:lang", "en-US").attribute("xmlns", kThreeMfCore);
     xml_.attribute("xmlns:v", kVolumetric).attribute("xmlns:channel", kChannels);
     xml_.attribute("requiredextensions", "v").begin("resources");
     add_materials();
@@ -260,15 +269,9 @@ class ModelWriter {
 
   void add_mesh() {
     xml_.begin("object").attribute("id", kObjectId).attribute("type", "model");
-    xml_.begin("mesh").attribute("v:volumeid", kVolumeId).begin("vertices");
-    for (const auto& [x, y, z] : boundary_.points_mm) {
-      xml_.begin("vertex").attribute("x", x).attribute("y", y).attribute("z", z).end();
-    }
-    xml_.end().begin("triangles");
-    for (const auto& [a, b, c] : boundary_.triangles) {
-      xml_.begin("triangle").attribute("v1", a).attribute("v2", b).attribute("v3", c).end();
-    }
-    xml_.end().end().end();
+    xml_.begin("mesh").attribute("v:volumeid", kVolumeId);
+    add_triangles(boundary_, xml_);
+    xml_.end().end();
   }
 
   /// Readers want parts where all coordinates are positive.
@@ -292,6 +295,18 @@ class ModelWriter {
 
 }  // namespace
 
+void add_three_mf_mesh(const client::Surface& surface, XmlWriter& xml) {
+  xml.begin("mesh");
+  add_triangles(surface, xml);
+  xml.end();
+}
+
+void add_three_mf_start(ZipFile& zip, const std::string& model) {
+  zip.add_compressed("[Content_Types].xml", content_types());
+  zip.add_compressed("_rels/.rels", package_relations());
+  zip.add_compressed(std::string(kModelPath).substr(1), model);
+}
+
 void require_three_mf_stack(const LayerStack& stack) {
   if (stack.is_region()) {
     throw Error(ErrorCode::kFileUnsupported,
@@ -309,9 +324,7 @@ std::uint64_t write_three_mf(const LayerStack& stack, const client::Surface& bou
   require_three_mf_stack(stack);
   const std::vector<std::size_t> planes = ratio_planes(stack);
   ZipFile zip(path);
-  zip.add_compressed("[Content_Types].xml", content_types());
-  zip.add_compressed("_rels/.rels", package_relations());
-  zip.add_compressed(std::string(kModelPath).substr(1), ModelWriter(stack, boundary).write());
+  add_three_mf_start(zip, ModelWriter(stack, boundary).write());
   zip.add_compressed("3D/_rels/3dmodel.model.rels", model_relations(stack, planes.size()));
   for (std::size_t ratio = 0; ratio < planes.size(); ++ratio) {
     for (std::uint32_t layer = 0; layer < stack.layers(); ++layer) {

@@ -23,11 +23,22 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
+#include "client/cli/base/xml.h"
 #include "client/cli/output/layer_stack.h"
+#include "client/cli/output/zip_file.h"
 #include "client/surface.h"
 
 namespace ccslice::cli {
+
+inline constexpr const char* kThreeMfCore = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
+
+/// Adds the mesh of an object that was begun.
+void add_three_mf_mesh(const client::Surface& surface, XmlWriter& xml);
+
+/// Adds what every package begins with, and its model.
+void add_three_mf_start(ZipFile& zip, const std::string& model);
 
 /// `boundary`: placed as the stack is. Returns the file's size. Throws Error{kFileUnwritable, kFileUnsupported, as
 /// LayerStack}.

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What programs say of a package's objects beside it: names, which parts aren't printed, and plates.
+//
+// Bambu Studio and OrcaSlicer write Metadata/model_settings.config (_add_model_config_file_to_archive() of [Bambu]):
+//   <config>
+//     <object id="2"> <metadata key="name" value="ring"/>
+//       <part id="1" subtype="normal_part"> <metadata key="name" value="ring"/> </part> </object>
+//     <plate> <metadata key="plater_id" value="1"/> <metadata key="plater_name" value=""/>
+//       <model_instance>
+//         <metadata key="object_id" value="2"/> <metadata key="instance_id" value="0"/> </model_instance> </plate>
+//   </config>
+// Objects and parts go by the ids that the model part has; instances of an object are counted from 0 as its build items
+// come. PrusaSlicer writes names alike into Metadata/Slic3r_PE_model.config, with type="object" in each metadata, and
+// has no plates there [Prusa].
+
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/cli/tray/tray_package.h"
+
+namespace ccslice::cli {
+
+struct PartSettings {
+  std::string name, subtype;
+};
+
+struct PlateSettings {
+  TrayPlate plate;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> instances;  // Object and instance.
+};
+
+struct ModelSettings {
+  std::map<std::uint32_t, std::string> names;                             // By object.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, PartSettings> parts;  // By object and part.
+  std::vector<PlateSettings> plates;
+};
+
+/// `where`: the file and the part, for messages. Throws Error{kFileSyntax}.
+ModelSettings parse_model_settings(std::string xml, const std::string& where);
+
+}  // namespace ccslice::cli

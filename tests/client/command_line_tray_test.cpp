@@ -1,0 +1,321 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The ccslice program: parts on trays, packed by itself and arranged in files as other programs save them.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "client/cli/base/exit_codes.h"
+#include "client/cli/options/job_file.h"
+#include "client/cli/tray/tray_package.h"
+#include "tests/client/cli/package_files.h"
+#include "tests/client/command_line.h"
+
+namespace ccslice::client {
+namespace {
+
+using cli::motion;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr std::uint64_t kMost = 1 << 28;
+
+class CommandLineTray : public CommandLine {
+ protected:
+  CommandLineTray() { cli::write_file(ring_, MeshBytes(cli::to_proto(make_ring())).bytes()); }
+
+  /// A job of both parts, as a file.
+  std::string job() {
+    const std::string file = path("job.json");
+    const ProcessResult result = run(
+        {"tray", "pack", box_, ring_, "--copies", "2", "--printer", "j750-hm", "--channel", "hardness", "-o", file});
+    EXPECT_EQ(result.exit_code, cli::kExitOk) << result.err;
+    return file;
+  }
+
+  /// The exported parts: their points as they come.
+  std::vector<std::vector<Vec3>> exported(const std::string& job_file) {
+    const ProcessResult result = run({"tray", "export", job_file, "-o", path("tray.3mf")});
+    EXPECT_EQ(result.exit_code, cli::kExitOk) << result.err;
+    std::vector<std::vector<Vec3>> parts;
+    cli::TrayPoints last;
+    for (const cli::TrayInstance& instance : cli::read_tray_package(path("tray.3mf"), kMost).instances) {
+      if (instance.points != last) parts.push_back(*instance.points);
+      last = instance.points;
+    }
+    return parts;
+  }
+
+  ProcessResult import(const std::string& job_file, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> command = {"tray",    "import", path("plate.3mf"), "--job", job_file,
+                                        "--force", "-o",     path("plate.json")};
+    command.insert(command.end(), more.begin(), more.end());
+    return run(command);
+  }
+
+  void write_plate(const std::string& resources, const std::string& items, const std::string& unit = "millimeter") {
+    cli::write_package(path("plate.3mf"), {{"3D/3dmodel.model", cli::model_text(resources, items, unit)}});
+  }
+
+  const std::string ring_ = path("ring.ccmesh");
+};
+
+Placement placement_of(const v1::Placement& message) {
+  Placement placement = Placement::Identity();
+  for (int i = 0; i < message.matrix_size(); ++i) placement.matrix()(i / 4, i % 4) = message.matrix(i);
+  return placement;
+}
+
+/// About the middle of points, where programs put the origin.
+std::vector<Vec3> about_middle(std::vector<Vec3> points, Vec3& middle) {
+  Box3 box;
+  for (const Vec3& point : points) box.extend(point);
+  middle = box.center();
+  for (Vec3& point : points) point -= middle;
+  return points;
+}
+
+double distance(const Placement& a, const Placement& b, const std::vector<Vec3>& points) {
+  double farthest = 0;
+  for (const Vec3& point : points) farthest = std::max(farthest, (a * point - b * point).norm());
+  return farthest;
+}
+
+TEST_F(CommandLineTray, PacksSlicesPlansAndDraws) {
+  const std::string file = path("tray.json");
+  const ProcessResult packed = run({"tray", "pack", box_, box_, "--copies", "2", "--copies", "box-2=3", "--printer",
+                                    "j750-hm", "--pitch", "1", "--clearance", "1", "-o", file});
+  ASSERT_EQ(packed.exit_code, cli::kExitOk) << packed.err;
+  EXPECT_THAT(packed.out, AllOf(HasSubstr("2 parts in 5 places"), HasSubstr("490 x 390 mm")));
+  const v1::SliceJob job = cli::read_job_file(file);
+  ASSERT_EQ(job.parts_size(), 2);
+  EXPECT_EQ(job.parts(0).mesh_id(), "box.ccmesh") << "a path beside the file";
+  EXPECT_EQ(job.parts(0).placements_size(), 2);
+  EXPECT_EQ(job.parts(1).placements_size(), 3);
+  const ProcessResult planned = run({"plan", file, "--json"});
+  ASSERT_EQ(planned.exit_code, cli::kExitOk) << planned.err;
+  EXPECT_EQ(json_at(planned.out, "layer_count").number_value(), 8);
+  const ProcessResult sliced = run({"slice", file, "-o", path("layers")});
+  ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
+  const std::string manifest = read_whole(path("layers/manifest.json"));
+  EXPECT_EQ(json_at(manifest, "voxels_covered").number_value(), 0) << "parts lie apart";
+  EXPECT_EQ(json_at(manifest, "voxel_count").number_value(), 5 * 24 * 16 * 8);
+  const ProcessResult by_job = run({"slice", "--job", file, box_, box_, "-o", path("by_job")});
+  ASSERT_EQ(by_job.exit_code, cli::kExitOk) << by_job.err;
+  EXPECT_EQ(read_whole(path("by_job/layer_0003_occupancy.png")), read_whole(path("layers/layer_0003_occupancy.png")));
+  const ProcessResult drawn = run({"picture", file, "--layer", "3", "--show", "occupancy", "-o", path("layer.png")});
+  EXPECT_EQ(drawn.exit_code, cli::kExitOk) << drawn.err;
+}
+
+TEST_F(CommandLineTray, AJobInPlaceOfAMeshIsTakenAsJobIs) {
+  const std::string file = job();
+  EXPECT_THAT(run({"slice", file, "--pitch", "1", "-o", path("x")}).err,
+              AllOf(HasSubstr("--pitch"), HasSubstr("--job")));
+  EXPECT_THAT(run({"plan", file, box_}).err, HasSubstr("2 parts, and there are 1 mesh"));
+  std::ofstream(path("bad.json")) << R"({"parts": [{"mesh_id": "box.ccmesh"}], "grid": {"pitch": {"x_mm": -1}}})";
+  EXPECT_THAT(run({"plan", path("bad.json")}).err, HasSubstr("bad.json: grid.pitch")) << "in fields of the file";
+}
+
+TEST_F(CommandLineTray, PackSaysWhatHasNoRoomAndHowMuchIsMissing) {
+  const auto error_of = [&](std::vector<std::string> more, cli::ExitCode code = cli::kExitUsage) {
+    more.insert(more.begin(), {"tray", "pack", ring_, "-o", path("none.json")});
+    const ProcessResult result = run(more);
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_FALSE(fs::exists(path("none.json")));
+    return result.err;
+  };
+  EXPECT_THAT(error_of({"--printer", "j750-hm", "--scale", "10"}),
+              AllOf(HasSubstr("'ring' is "), HasSubstr("mm too long"), HasSubstr("490 x 390")));
+  EXPECT_THAT(error_of({"--printer", "j750-hm", "--scale", "1,1,20"}), HasSubstr("mm too high"));
+  EXPECT_THAT(error_of({"--printer", "j750-hm", "--copies", "40"}),
+              AllOf(HasSubstr("of 'ring'"), HasSubstr("mm more than there are")));
+  EXPECT_THAT(error_of({"--printer", "j750-hm", "--copies", "0"}), HasSubstr("--copies takes"));
+  EXPECT_THAT(error_of({"--printer", "j750-hm", "--copies", "lid=2"}), HasSubstr("no part 'lid'; there are ring"));
+  EXPECT_THAT(error_of({"--printer", "j750-hm", "--copies", "5000"}), HasSubstr("4096"));
+  EXPECT_THAT(error_of({"--printer", "j750-hm", "--clearance=-1"}), HasSubstr("--clearance"));
+  EXPECT_THAT(error_of({"--printer", "j750-hm", "--at", "0,0,0"}), HasSubstr("--at"));
+  EXPECT_THAT(error_of({"--printer", "j75"}), HasSubstr("'j75'"));
+  EXPECT_THAT(error_of({"--pitch", "1"}), HasSubstr("--printer"));
+}
+
+TEST_F(CommandLineTray, APrinterFitsAJobThatHasNone) {
+  std::ofstream(path("job.json"))
+      << R"({"parts": [{"mesh_id": "box.ccmesh"}], "grid": {"pitch": {"x_mm": 1, "y_mm": 1, "z_mm": 1}},)"
+      << R"( "planes": [{"occupancy": {}, "encoding": "PLANE_ENCODING_PNG"}]})";
+  EXPECT_THAT(run({"tray", "pack", path("job.json"), "-o", path("tray.json")}).err, HasSubstr("--printer"));
+  fs::create_directory(path("sub"));
+  const ProcessResult packed = run({"tray", "pack", path("job.json"), "--copies", "3", "--printer", "j750-hm", "-o",
+                                    path("sub/tray.json"), "--json"});
+  ASSERT_EQ(packed.exit_code, cli::kExitOk) << packed.err;
+  EXPECT_EQ(json_at(packed.out, "printer").string_value(), "j750-hm");
+  const v1::SliceJob job = cli::read_job_file(path("sub/tray.json"));
+  EXPECT_EQ(job.parts(0).mesh_id(), "../box.ccmesh");
+  EXPECT_EQ(job.parts(0).placements_size(), 3);
+  EXPECT_EQ(run({"slice", path("sub/tray.json"), "-o", path("layers")}).exit_code, cli::kExitOk);
+}
+
+TEST_F(CommandLineTray, MeshesThatOptionsChangeGoByTheirIds) {
+  const std::vector<std::string> mesh = {box_, "--grade", "stiffness=z"};
+  const ProcessResult packed = run({"tray", "pack", mesh[0], mesh[1], mesh[2], "--printer", "j750-hm", "--pitch", "1",
+                                    "--channel", "stiffness", "-o", path("tray.json")});
+  ASSERT_EQ(packed.exit_code, cli::kExitOk) << packed.err;
+  EXPECT_THAT(packed.err, HasSubstr("names meshes by their ids"));
+  EXPECT_THAT(cli::read_job_file(path("tray.json")).parts(0).mesh_id(), HasSubstr("sha256:"));
+  EXPECT_EQ(run({"slice", path("tray.json"), mesh[0], mesh[1], mesh[2], "-o", path("layers")}).exit_code, cli::kExitOk);
+}
+
+TEST_F(CommandLineTray, WhatIsExportedIsImportedAsItWas) {
+  const std::string file = job();
+  const auto parts = exported(file);
+  ASSERT_EQ(parts.size(), 2u);
+  fs::rename(path("tray.3mf"), path("plate.3mf"));
+  const ProcessResult imported = import(file);
+  ASSERT_EQ(imported.exit_code, cli::kExitOk) << imported.err;
+  EXPECT_THAT(imported.out, HasSubstr("2 parts in 4 places"));
+  const v1::SliceJob before = cli::read_job_file(file), after = cli::read_job_file(path("plate.json"));
+  ASSERT_EQ(after.parts_size(), 2);
+  for (int p = 0; p < 2; ++p) {
+    ASSERT_EQ(after.parts(p).placements_size(), 2);
+    EXPECT_EQ(after.parts(p).mesh_id(), before.parts(p).mesh_id());
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_LT(distance(placement_of(after.parts(p).placements(i)), placement_of(before.parts(p).placements(i)),
+                         parts[static_cast<std::size_t>(p)]),
+                1e-9);
+    }
+  }
+  EXPECT_EQ(after.planes_size(), before.planes_size());
+  EXPECT_EQ(import(file, {"--json"}).exit_code, cli::kExitOk);
+}
+
+TEST_F(CommandLineTray, ImportsAPlateAsPrusaSlicerSavesIt) {
+  const std::string file = job();
+  const auto parts = exported(file);
+  Vec3 box_middle, ring_middle;
+  const std::string resources = cli::object_text(1, cli::mesh_text(about_middle(parts[1], ring_middle))) +
+                                cli::object_text(2, cli::components_text("<component objectid=\"1\"/>")) +
+                                cli::object_text(3, cli::mesh_text(about_middle(parts[0], box_middle)));
+  const Placement first = motion(Vec3::UnitZ(), 37.5, Vec3(125, 105, 8)),
+                  second = motion(Vec3::UnitX(), 90, Vec3(40, 50, 60));
+  Placement mirrored = motion(Vec3(1, 2, 3), 11, Vec3(200, 10, 30));
+  mirrored.linear().col(0) *= -1;
+  write_plate(resources, cli::item_text(1, first) + cli::item_text(2, second) + cli::item_text(3, mirrored) +
+                             cli::item_text(3, first, "printable=\"0\""));
+  const ProcessResult imported = import(file);
+  ASSERT_EQ(imported.exit_code, cli::kExitOk) << imported.err;
+  EXPECT_THAT(imported.err, AllOf(HasSubstr("object 3 (copy 2) is left out"), HasSubstr("printable"),
+                                  HasSubstr("object 3 is mirrored")));
+  const v1::SliceJob job = cli::read_job_file(path("plate.json"));
+  ASSERT_EQ(job.parts_size(), 2);
+  ASSERT_EQ(job.parts(0).placements_size(), 1);
+  ASSERT_EQ(job.parts(1).placements_size(), 2);
+  const auto about = [](const Placement& placement, const Vec3& middle) {
+    return Placement(placement * Eigen::Translation3d(-middle));
+  };
+  constexpr double kWithinMm = 1e-4;
+  EXPECT_LT(distance(placement_of(job.parts(0).placements(0)), about(mirrored, box_middle), parts[0]), kWithinMm);
+  EXPECT_LT(distance(placement_of(job.parts(1).placements(0)), about(first, ring_middle), parts[1]), kWithinMm);
+  EXPECT_LT(distance(placement_of(job.parts(1).placements(1)), about(second, ring_middle), parts[1]), kWithinMm);
+  const ProcessResult moved = import(file, {"--file-origin", "1,2,3"});
+  ASSERT_EQ(moved.exit_code, cli::kExitOk) << moved.err;
+  const Placement by(Eigen::Translation3d(-1, -2, -3));
+  EXPECT_LT(distance(placement_of(cli::read_job_file(path("plate.json")).parts(1).placements(0)),
+                     by * about(first, ring_middle), parts[1]),
+            kWithinMm);
+  EXPECT_EQ(run({"plan", path("plate.json")}).exit_code, cli::kExitOk);
+}
+
+TEST_F(CommandLineTray, ImportsOnePlateOfABambuProject) {
+  const std::string file = job();
+  const auto parts = exported(file);
+  const auto instance = [](int object, int number) {
+    return "<model_instance><metadata key=\"object_id\" value=\"" + std::to_string(object) +
+           "\"/><metadata key=\"instance_id\" value=\"" + std::to_string(number) + "\"/></model_instance>";
+  };
+  const auto plate = [](int number, const std::string& instances) {
+    return "<plate><metadata key=\"plater_id\" value=\"" + std::to_string(number) + "\"/>" + instances + "</plate>";
+  };
+  const auto object = [](int id, const std::string& sub_path) {
+    return cli::object_text(id, cli::components_text("<component p:path=\"" + sub_path +
+                                                     "\" objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 0 0 4\"/>"));
+  };
+  const Placement here = motion(Vec3::UnitZ(), 90, Vec3(50, 60, 0)), there = motion(Vec3::UnitZ(), 0, Vec3(350, 60, 0));
+  cli::write_package(
+      path("plate.3mf"),
+      {{"3D/3dmodel.model",
+        cli::model_text(object(2, "/3D/Objects/box_1.model") + object(4, "/3D/Objects/ring_2.model"),
+                        cli::item_text(2, here) + cli::item_text(2, there) + cli::item_text(4, there))},
+       {"3D/Objects/box_1.model", cli::model_text(cli::object_text(1, cli::mesh_text(parts[0])), "")},
+       {"3D/Objects/ring_2.model", cli::model_text(cli::object_text(1, cli::mesh_text(parts[1])), "")},
+       {"Metadata/model_settings.config", "<config><object id=\"2\"><metadata key=\"name\" value=\"box\"/></object>" +
+                                              plate(1, instance(2, 0)) + plate(2, instance(2, 1) + instance(4, 0)) +
+                                              plate(3, "") + "</config>"}});
+  EXPECT_THAT(import(file).err, AllOf(HasSubstr("several plates"), HasSubstr("--plate"), HasSubstr("1, 2")));
+  EXPECT_THAT(import(file, {"--plate", "9"}).err, AllOf(HasSubstr("no plate 9"), HasSubstr("1, 2, 3")));
+  EXPECT_THAT(import(file, {"--plate", "3"}).err, HasSubstr("nothing on plate 3"));
+  const ProcessResult first = import(file, {"--plate", "1"});
+  ASSERT_EQ(first.exit_code, cli::kExitOk) << first.err;
+  EXPECT_THAT(first.err, AllOf(HasSubstr("lies on plate 2"), HasSubstr("'ring' isn't on the plate")));
+  const v1::SliceJob job = cli::read_job_file(path("plate.json"));
+  ASSERT_EQ(job.parts_size(), 1);
+  EXPECT_EQ(job.parts(0).name(), "box");
+  EXPECT_LT(
+      distance(placement_of(job.parts(0).placements(0)), here * Placement(Eigen::Translation3d(0, 0, 4)), parts[0]),
+      1e-4);
+  EXPECT_EQ(import(file, {"--plate", "2"}).exit_code, cli::kExitOk);
+  EXPECT_EQ(cli::read_job_file(path("plate.json")).parts_size(), 2);
+}
+
+TEST_F(CommandLineTray, ImportNamesWhatIsNotTheJobs) {
+  const std::string file = job();
+  const auto parts = exported(file);
+  const std::string ours = cli::object_text(1, cli::mesh_text(parts[0]), "name=\"box\"");
+  const std::string cube =
+      cli::object_text(2, cli::mesh_text({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}), "name=\"cube\"");
+  const Placement here = motion(Vec3::UnitZ(), 0, Vec3(5, 6, 7));
+  write_plate(ours + cube, cli::item_text(1, here) + cli::item_text(2, here));
+  const ProcessResult refused = import(file);
+  EXPECT_EQ(refused.exit_code, cli::kExitInput);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("plate.3mf"), HasSubstr("object 2 'cube' is none of the job's parts"),
+                                 HasSubstr("1 object"), HasSubstr("--leave-out-others")));
+  const ProcessResult taken = import(file, {"--leave-out-others"});
+  EXPECT_EQ(taken.exit_code, cli::kExitOk) << taken.err;
+  EXPECT_THAT(taken.err, HasSubstr("left out"));
+
+  Placement scaled = here;
+  scaled.linear() *= 2;
+  write_plate(ours, cli::item_text(1, scaled));
+  EXPECT_THAT(import(file).err, AllOf(HasSubstr("object 1 'box' is scaled by 2 x 2 x 2"), HasSubstr("100 %")));
+  write_plate(ours, cli::item_text(1, here), "inch");
+  EXPECT_THAT(import(file).err, HasSubstr("is scaled by 25.4")) << "a program that says inch and means mm";
+  write_plate(cube, cli::item_text(2, here));
+  EXPECT_THAT(import(file, {"--leave-out-others"}).err, HasSubstr("none of the job's parts is on the plate"));
+  std::string items;
+  for (int i = 0; i < 5000; ++i) items += cli::item_text(1, here);
+  write_plate(ours, items);
+  EXPECT_THAT(import(file).err, AllOf(HasSubstr("5000"), HasSubstr("4096")));
+  EXPECT_THAT(import(file, {"--plate", "1"}).err, HasSubstr("says nothing of plates"));
+  EXPECT_THAT(run({"tray", "import", path("plate.3mf"), "--job", file, "-o", file}).err, HasSubstr("--force"));
+  EXPECT_THAT(run({"tray", "import", path("no.3mf"), "--job", file, "-o", path("x.json")}).err, HasSubstr("no.3mf"));
+}
+
+TEST_F(CommandLineTray, HelpTeaches) {
+  for (const char* const command : {"pack", "export", "import"}) {
+    const ProcessResult help = run_alone({"help", "tray", command});
+    EXPECT_EQ(help.exit_code, cli::kExitOk);
+    EXPECT_THAT(help.out, HasSubstr(std::string("ccslice tray ") + command));
+    EXPECT_THAT(help.out, HasSubstr("Examples:"));
+  }
+  EXPECT_THAT(run_alone({"tray", "--help"}).out, AllOf(HasSubstr("pack"), HasSubstr("import"), HasSubstr("Examples:")));
+  EXPECT_THAT(run_alone({"tray", "pak"}).err, HasSubstr("did you mean pack?"));
+  EXPECT_THAT(run_alone({"tray", "pack", "--copys", "3"}).err,
+              AllOf(HasSubstr("did you mean --copies?"), HasSubstr("ccslice tray pack --help")));
+  EXPECT_EQ(run_alone({"tray"}).exit_code, cli::kExitUsage);
+}
+
+}  // namespace
+}  // namespace ccslice::client
