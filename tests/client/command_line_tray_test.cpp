@@ -65,7 +65,7 @@ class CommandLineTray : public CommandLine {
   const std::string ring_ = path("ring.ccmesh");
 };
 
-Placement placement_of(const v1::Placement& message) {
+Placement placed_by(const v1::Placement& message) {
   Placement placement = Placement::Identity();
   for (int i = 0; i < message.matrix_size(); ++i) placement.matrix()(i / 4, i % 4) = message.matrix(i);
   return placement;
@@ -183,7 +183,7 @@ TEST_F(CommandLineTray, WhatIsExportedIsImportedAsItWas) {
     ASSERT_EQ(after.parts(p).placements_size(), 2);
     EXPECT_EQ(after.parts(p).mesh_id(), before.parts(p).mesh_id());
     for (int i = 0; i < 2; ++i) {
-      EXPECT_LT(distance(placement_of(after.parts(p).placements(i)), placement_of(before.parts(p).placements(i)),
+      EXPECT_LT(distance(placed_by(after.parts(p).placements(i)), placed_by(before.parts(p).placements(i)),
                          parts[static_cast<std::size_t>(p)]),
                 1e-9);
     }
@@ -217,13 +217,13 @@ TEST_F(CommandLineTray, ImportsAPlateAsPrusaSlicerSavesIt) {
     return Placement(placement * Eigen::Translation3d(-middle));
   };
   constexpr double kWithinMm = 1e-4;
-  EXPECT_LT(distance(placement_of(job.parts(0).placements(0)), about(mirrored, box_middle), parts[0]), kWithinMm);
-  EXPECT_LT(distance(placement_of(job.parts(1).placements(0)), about(first, ring_middle), parts[1]), kWithinMm);
-  EXPECT_LT(distance(placement_of(job.parts(1).placements(1)), about(second, ring_middle), parts[1]), kWithinMm);
+  EXPECT_LT(distance(placed_by(job.parts(0).placements(0)), about(mirrored, box_middle), parts[0]), kWithinMm);
+  EXPECT_LT(distance(placed_by(job.parts(1).placements(0)), about(first, ring_middle), parts[1]), kWithinMm);
+  EXPECT_LT(distance(placed_by(job.parts(1).placements(1)), about(second, ring_middle), parts[1]), kWithinMm);
   const ProcessResult moved = import(file, {"--file-origin", "1,2,3"});
   ASSERT_EQ(moved.exit_code, cli::kExitOk) << moved.err;
   const Placement by(Eigen::Translation3d(-1, -2, -3));
-  EXPECT_LT(distance(placement_of(cli::read_job_file(path("plate.json")).parts(1).placements(0)),
+  EXPECT_LT(distance(placed_by(cli::read_job_file(path("plate.json")).parts(1).placements(0)),
                      by * about(first, ring_middle), parts[1]),
             kWithinMm);
   EXPECT_EQ(run({"plan", path("plate.json")}).exit_code, cli::kExitOk);
@@ -263,9 +263,8 @@ TEST_F(CommandLineTray, ImportsOnePlateOfABambuProject) {
   const v1::SliceJob job = cli::read_job_file(path("plate.json"));
   ASSERT_EQ(job.parts_size(), 1);
   EXPECT_EQ(job.parts(0).name(), "box");
-  EXPECT_LT(
-      distance(placement_of(job.parts(0).placements(0)), here * Placement(Eigen::Translation3d(0, 0, 4)), parts[0]),
-      1e-4);
+  EXPECT_LT(distance(placed_by(job.parts(0).placements(0)), here * Placement(Eigen::Translation3d(0, 0, 4)), parts[0]),
+            1e-4);
   EXPECT_EQ(import(file, {"--plate", "2"}).exit_code, cli::kExitOk);
   EXPECT_EQ(cli::read_job_file(path("plate.json")).parts_size(), 2);
 }
@@ -301,6 +300,42 @@ TEST_F(CommandLineTray, ImportNamesWhatIsNotTheJobs) {
   EXPECT_THAT(import(file, {"--plate", "1"}).err, HasSubstr("says nothing of plates"));
   EXPECT_THAT(run({"tray", "import", path("plate.3mf"), "--job", file, "-o", file}).err, HasSubstr("--force"));
   EXPECT_THAT(run({"tray", "import", path("no.3mf"), "--job", file, "-o", path("x.json")}).err, HasSubstr("no.3mf"));
+}
+
+TEST_F(CommandLineTray, PrusaSlicerBringsPartsBack) {
+  constexpr const char* kPrusaSlicer = "/usr/bin/prusa-slicer";
+  if (!fs::exists(kPrusaSlicer)) GTEST_SKIP() << "needs Debian's package prusa-slicer";
+  const std::string file = job();
+  const auto parts = exported(file);
+  const auto save = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> command = {kPrusaSlicer,     "--datadir", path("settings"), "--export-3mf",
+                                        path("tray.3mf"), "-o",        path("plate.3mf")};
+    command.insert(command.end(), options.begin(), options.end());
+    fs::remove(path("plate.3mf"));
+    const ProcessResult result = Process(command, folder_.path()).wait();
+    ASSERT_TRUE(fs::exists(path("plate.3mf"))) << result.err;
+  };
+  save({"--dont-arrange"});
+  ASSERT_EQ(import(file).exit_code, cli::kExitOk);
+  const v1::SliceJob before = cli::read_job_file(file), same = cli::read_job_file(path("plate.json"));
+  for (int p = 0; p < 2; ++p) {
+    ASSERT_EQ(same.parts(p).placements_size(), 2);
+    for (const v1::Placement& placement : before.parts(p).placements()) {
+      double nearest = 1e9;
+      for (const v1::Placement& other : same.parts(p).placements()) {
+        nearest =
+            std::min(nearest, distance(placed_by(placement), placed_by(other), parts[static_cast<std::size_t>(p)]));
+      }
+      EXPECT_LT(nearest, 1e-3);
+    }
+  }
+  save({"--rotate", "30", "--duplicate", "3"});
+  const ProcessResult copied = import(file, {"--json"});
+  ASSERT_EQ(copied.exit_code, cli::kExitOk) << copied.err;
+  EXPECT_LT(json_at(copied.out, "max_residual_mm").number_value(), 1e-4);
+  EXPECT_EQ(cli::read_job_file(path("plate.json")).parts(1).placements_size(), 6);
+  save({"--scale", "110%"});
+  EXPECT_THAT(import(file).err, HasSubstr("is scaled by 1.1 x 1.1 x 1.1"));
 }
 
 TEST_F(CommandLineTray, HelpTeaches) {

@@ -31,7 +31,8 @@ grep -q "started $prefix/bin/ccsliced" info.err || fail "another server was star
 ccslice slice box.ccmesh --local --pitch 0.5 --json -o layers >slice.json
 
 # The manual has a page for each command, which man reads without complaint.
-for command in $(ccslice --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]\+\) .*/ccslice-\1/p') ccslice ccsliced; do
+for command in $(ccslice --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z]\+\) .*/ccslice-\1/p') \
+               ccslice-tray-pack ccslice-tray-export ccslice-tray-import ccslice ccsliced; do
   page=$prefix/share/man/man1/$command.1
   [[ -f $page ]] || fail "$command has no page"
   complaints=$(LC_ALL=C.UTF-8 MANROFFSEQ='' MANWIDTH=100 man --warnings -E UTF-8 -l -Tutf8 -Z "$page" 2>&1 >/dev/null)
@@ -64,6 +65,11 @@ expect error-diffusion ccslice slice --halftone err
 expect grabcad ccslice slice --format ""
 expect box.ccmesh ccslice slice bo
 expect plan ccslice help pl
+expect import ccslice tray im
+expect export ccslice tray ""
+expect --copies ccslice tray pack --cop
+expect grabcad ccslice tray pack --format ""
+expect box.ccmesh ccslice tray export bo
 [[ $(completions_of ccslice models --half) == "" ]] || fail "models has no --halftone"
 zsh -n "$prefix/share/zsh/site-functions/_ccslice" || fail "zsh can't read its completion"
 described=$(cd "$work" && zsh -f -c "

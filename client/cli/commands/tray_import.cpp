@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -77,6 +78,7 @@ std::string reason_to_leave_out(const TrayInstance& instance, const std::optiona
 struct Arrangement {
   std::vector<std::vector<Placement>> placements;  // By part.
   std::vector<std::string> foreign, changed;       // What is wrong with objects.
+  std::string remedy;                              // Of the first one that was changed.
   std::vector<std::string> left_out, mirrored;
   double residual_mm = 0;
 };
@@ -90,7 +92,7 @@ void refuse(const TrayImportOptions& options, const std::vector<std::string>& fa
 }
 
 void refuse_faults(const TrayImportOptions& options, const Arrangement& arrangement) {
-  if (!arrangement.changed.empty()) refuse(options, arrangement.changed, "");
+  if (!arrangement.changed.empty()) refuse(options, arrangement.changed, "; " + arrangement.remedy);
   if (!arrangement.foreign.empty() && !options.leave_out_others) {
     refuse(options, arrangement.foreign,
            " (" + count_text(arrangement.foreign.size(), "object") +
@@ -120,6 +122,7 @@ Arrangement arrange(const TrayImportOptions& options, const TrayPackage& package
     const PartSearch search = find_part(parts, instance);
     if (!search.found) {
       (search.is_foreign ? arrangement.foreign : arrangement.changed).push_back(search.fault);
+      if (arrangement.remedy.empty()) arrangement.remedy = search.remedy;
       continue;
     }
     arrangement.placements[search.found->part].push_back(search.found->placement);
@@ -204,8 +207,9 @@ void report(const Session& session, const TrayImportOptions& options, const v1::
     placements += arrangement.placements[p].size();
   }
   if (session.options().json) return print_line(json_of(document));
+  const double nanometres = std::max(1.0, std::ceil(1e6 * arrangement.residual_mm));
   print_line(options.output + ": " + show_count(static_cast<std::uint64_t>(job.parts_size()), "part") + " in " +
-             show_count(placements, "place") + ", within " + show_number(1000 * arrangement.residual_mm) +
+             show_count(placements, "place") + ", within " + show_number(nanometres / 1000) +
              " um of the vertices in " + options.package);
 }
 

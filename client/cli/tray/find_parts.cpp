@@ -77,17 +77,18 @@ std::optional<Candidate> best_candidate(const std::vector<ExportedPart>& parts, 
 std::string micrometres(double mm) { return show_number(1000 * mm) + " um"; }
 
 /// What was done to an object that has a part's vertices in other places.
-std::string describe_change(const Candidate& best, const std::string& part, const std::vector<Vec3>& placed) {
+void describe_change(const Candidate& best, const std::string& part, const std::vector<Vec3>& placed,
+                     PartSearch& search) {
   const ScaleFit scale = fit_scale(best.shape, placed);
-  const std::string off = "its vertices are up to " + micrometres(best.fit.residual_mm) + " from those of '" +
-                          echoed(part) + "', and 1 um is the most";
-  if (scale.residual_mm > kMostResidualMm) {
-    return " was edited: " + off + " (vertex " + std::to_string(best.fit.farthest) +
-           "). Load the exported part anew, and only move, turn or copy it";
-  }
-  return " is scaled by " + show_number(scale.factors[0]) + " x " + show_number(scale.factors[1]) + " x " +
-         show_number(scale.factors[2]) + ": " + off +
-         ". Set its scale to 100 % there; scale the part with --scale before it is exported";
+  const bool is_scaled = scale.residual_mm <= kMostResidualMm;
+  search.fault += is_scaled ? " is scaled by " + show_number(scale.factors[0]) + " x " + show_number(scale.factors[1]) +
+                                  " x " + show_number(scale.factors[2])
+                            : " was edited";
+  search.fault += ": its vertices are up to " + micrometres(best.fit.residual_mm) + " from those of '" + echoed(part) +
+                  "'" + (is_scaled ? "" : " (vertex " + std::to_string(best.fit.farthest) + ")") +
+                  ", and 1 um is the most";
+  search.remedy = is_scaled ? "set scales to 100 % there, and scale parts with --scale before they are exported"
+                            : "load the exported parts anew, and only move, turn, mirror and copy them";
 }
 
 /// Whether points are others that were scaled and edited here and there, and not just as many.
@@ -120,12 +121,13 @@ PartSearch find_part(const std::vector<ExportedPart>& parts, const TrayInstance&
   }
   const ExportedPart* const named = part_named(parts, instance.name);
   if (best && (named != nullptr || is_alike(best->shape, placed))) {
-    search.fault = instance.label + describe_change(*best, parts[best->found.part].name, placed);
+    search.fault = instance.label;
+    describe_change(*best, parts[best->found.part].name, placed, search);
   } else if (named != nullptr) {
     search.fault = instance.label + " has " + count_text(placed.size(), "vertex") + ", and '" + echoed(named->name) +
                    "' was exported with " + std::to_string(named->points.size()) +
-                   ": it was edited, or exported with another --chord-tolerance or of another mesh. Export the parts "
-                   "again as they are now";
+                   ": it was edited, or exported with another --chord-tolerance or of another mesh";
+    search.remedy = "export the parts again as they are now";
   } else {
     search.is_foreign = true;
     search.fault = instance.label + " is none of the job's parts";

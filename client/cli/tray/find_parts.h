@@ -45,6 +45,7 @@ struct PartSearch {
   std::optional<FoundPart> found;
   bool is_foreign = false;  // It has nothing of the job's parts. Otherwise it was changed.
   std::string fault;        // "object 3 'ring' is scaled by 2 x 1 x 1: ...".
+  std::string remedy;       // What to do about it, which may be the same for several.
 };
 
 /// REQUIRES: parts without points that are no numbers.

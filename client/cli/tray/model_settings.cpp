@@ -25,6 +25,12 @@ void add_object(pugi::xml_node node, const std::string& where, ModelSettings& se
     const std::uint32_t number = package_number(part.attribute("id").value(), where, "a part's id");
     settings.parts[{id, number}] = {std::string(metadata(part, "name")), part.attribute("subtype").value()};
   }
+  for (const pugi::xml_node volume : node.children("volume")) {
+    settings.volumes[id].push_back(
+        {std::string(metadata(volume, "name")), std::string(metadata(volume, "volume_type")),
+         package_number(volume.attribute("firstid").value(), where, "the firstid of a volume"),
+         package_number(volume.attribute("lastid").value(), where, "the lastid of a volume")});
+  }
 }
 
 void add_plate(pugi::xml_node node, const std::string& where, ModelSettings& settings) {

@@ -100,6 +100,7 @@ class ModelParser {
         "object " + std::to_string(id) + (read.name.empty() ? "" : " '" + echoed(read.name) + "'");
     if (const pugi::xml_node mesh = child(node, "mesh")) {
       read.points = std::make_shared<std::vector<Vec3>>(points(child(mesh, "vertices"), label));
+      read.triangles = triangles(child(mesh, "triangles"), label);
       return read;
     }
     for (const pugi::xml_node part : child(node, "components").children()) {
@@ -121,6 +122,20 @@ class ModelParser {
                          std::to_string(read.size()) + " is no number: '" + echoed(text) + "'; save the file again");
       }
       read.push_back(unit_mm_ * point);
+    }
+    return read;
+  }
+
+  std::vector<std::array<std::uint32_t, 3>> triangles(pugi::xml_node triangles, const std::string& label) const {
+    std::vector<std::array<std::uint32_t, 3>> read;
+    for (const pugi::xml_node triangle : triangles.children()) {
+      if (local_name(triangle.name()) != "triangle") continue;
+      constexpr std::array<const char*, 3> kNames = {"v1", "v2", "v3"};
+      std::array<std::uint32_t, 3>& corners = read.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k) {
+        corners[k] =
+            package_number(triangle.attribute(kNames[k]).value(), where_ + ": " + label, "a triangle's corner");
+      }
     }
     return read;
   }

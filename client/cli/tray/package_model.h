@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -28,6 +29,7 @@ struct ModelObject {
   std::string name;                           // Empty: none.
   std::string type = "model";                 // Or "support", "other" and the like, which isn't printed.
   std::shared_ptr<std::vector<Vec3>> points;  // Null: an object of components.
+  std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<ModelComponent> components;
 };
 

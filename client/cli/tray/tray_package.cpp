@@ -125,7 +125,7 @@ class PackageReader {
     const ModelObject& object = found->second;
     if (item_name_.empty()) item_name_ = object.name;
     const Placement placement = outer * component.transform;
-    if (object.points) add_instance(ref, object, placement, package);
+    if (object.points) add_instances(ref, object, placement, package);
     for (const ModelComponent& inner : object.components) walk(inner, ref.part, placement, package);
     trail_.pop_back();
   }
@@ -148,22 +148,55 @@ class PackageReader {
     trail_.push_back(ref);
   }
 
-  void add_instance(const Ref& ref, const ModelObject& object, const Placement& placement, TrayPackage& package) {
+  /// An object's mesh, or each of the volumes that it is of.
+  void add_instances(const Ref& ref, const ModelObject& object, const Placement& placement, TrayPackage& package) {
+    const auto volumes = settings_.volumes.find(ref.id);
+    if (volumes == settings_.volumes.end() || volumes->second.size() < 2) {
+      const auto settings = settings_.parts.find({item_, ref.id});
+      return add_instance(object.points, settings == settings_.parts.end() ? PartSettings() : settings->second, ref,
+                          object, placement, package);
+    }
+    std::vector<TrayPoints>& points = volume_points_[ref.id];
+    for (std::size_t v = points.size(); v < volumes->second.size(); ++v) {
+      points.push_back(points_of_volume(object, volumes->second[v]));
+    }
+    for (std::size_t v = 0; v < points.size(); ++v) {
+      const VolumeSettings& volume = volumes->second[v];
+      add_instance(points[v], {volume.name, volume.type == "ModelPart" ? "" : volume.type}, ref, object, placement,
+                   package);
+    }
+  }
+
+  TrayPoints points_of_volume(const ModelObject& object, const VolumeSettings& volume) const {
+    std::uint32_t first = 0xffffffff, last = 0;
+    for (std::size_t t = volume.first_triangle; t <= volume.last_triangle && t < object.triangles.size(); ++t) {
+      for (const std::uint32_t corner : object.triangles[t]) {
+        first = std::min(first, corner);
+        last = std::max(last, corner);
+      }
+    }
+    if (first > last || last >= object.points->size()) {
+      fail(ErrorCode::kFileSyntax, label(item_name_) + " has a volume '" + echoed(volume.name) +
+                                       "' of triangles or vertices that its mesh doesn't have; save the file again");
+    }
+    return std::make_shared<std::vector<Vec3>>(object.points->begin() + first, object.points->begin() + last + 1);
+  }
+
+  void add_instance(const TrayPoints& points, const PartSettings& said, const Ref& ref, const ModelObject& object,
+                    const Placement& placement, TrayPackage& package) {
     if (package.instances.size() == kMostTrayInstances) {
       fail(ErrorCode::kFileUnsupported, "it has more than " + std::to_string(kMostTrayInstances) +
                                             " objects with their copies, and a job takes 4096; save fewer");
     }
     TrayInstance instance;
-    instance.points = object.points;
+    instance.points = points;
     instance.placement = placement;
-    const auto settings = settings_.parts.find({item_, ref.id});
-    const PartSettings said = settings == settings_.parts.end() ? PartSettings() : settings->second;
     for (const std::string& name : {said.name, object.name, name_of(ref.id), item_name_}) {
       if (instance.name.empty()) instance.name = name;
     }
     instance.label = label(instance.name);
     instance.printable = printable_;
-    if (!said.subtype.empty() && said.subtype != "normal_part") instance.aid = said.subtype;
+    if (said.subtype != "normal_part") instance.aid = said.subtype;
     if (instance.aid.empty() && object.type != "model") instance.aid = object.type;
     instance.plate = plate_of(item_, copy_);
     package.instances.push_back(std::move(instance));
@@ -176,6 +209,8 @@ class PackageReader {
   std::string root_;
   ModelSettings settings_;
   std::map<std::string, PackageModel> parts_;
+  std::map<std::uint32_t, std::vector<TrayPoints>>
+      volume_points_;  // By object, of the part that the package starts with.
   // The build item that is walked through:
   std::uint32_t item_ = 0, copy_ = 0;
   bool printable_ = true;

@@ -7,7 +7,7 @@
 //   (3.4.3.1), components (4.2), the part that a package starts with (2.1);
 // - the 3MF Production Extension 1.2 [3MF-P]: the path of items and components (3.1);
 // - PrusaSlicer's src/libslic3r/Format/3mf.cpp [Prusa]: the first copy of an object has the mesh, each further one is
-//   an object of one component; `printable` of items; names in Metadata/Slic3r_PE_model.config;
+//   an object of one component; `printable` of items; names and volumes in Metadata/Slic3r_PE_model.config;
 // - Bambu Studio's src/libslic3r/Format/bbs_3mf.cpp [Bambu], which OrcaSlicer goes by, too: meshes in parts of their
 //   own, components with p:path, one item for each copy, names and plates in Metadata/model_settings.config.
 

@@ -111,8 +111,9 @@ TEST(FindParts, RefusesScaledAndEditedOnesByName) {
   const PartSearch by_scale = find_part(parts, instance_of(parts[0].points, scaled));
   EXPECT_FALSE(by_scale.found);
   EXPECT_FALSE(by_scale.is_foreign);
-  EXPECT_THAT(by_scale.fault, AllOf(HasSubstr("object 3 'x' is scaled by 1.5 x 1 x 1"), HasSubstr("'ring'"),
-                                    HasSubstr(" um"), HasSubstr("100 %")));
+  EXPECT_THAT(by_scale.fault,
+              AllOf(HasSubstr("object 3 'x' is scaled by 1.5 x 1 x 1"), HasSubstr("'ring'"), HasSubstr(" um")));
+  EXPECT_THAT(by_scale.remedy, HasSubstr("100 %"));
   std::vector<Vec3> edited = parts[0].points;
   edited[17].z() += 0.01;
   const PartSearch by_edit = find_part(parts, instance_of(edited, motion(Vec3(1, 1, 1), 20, Vec3(1, 2, 3))));

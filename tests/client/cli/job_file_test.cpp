@@ -104,6 +104,36 @@ TEST_F(JobFile, RefusesDeepNestsAtOnce) {
   EXPECT_EQ(read_job_file(write(R"({"parts": [{"mesh_id": "\")" + std::string(99, '[') + R"("}]})")).parts_size(), 1);
 }
 
+TEST_F(JobFile, IsKnownByItsFirstMember) {
+  for (const char* const text :
+       {R"({"parts": []})", " \n{ \"grid\": {}", "\xef\xbb\xbf{\"meshId\": 1, \"parts\": []}"}) {
+    EXPECT_EQ(is_job_file(write(text)), std::string(text).find("meshId") == std::string::npos) << text;
+  }
+  for (const char* const text :
+       {"", "{}", "[{\"parts\": 1}]", R"({"positions": [1], "parts": []})", "{\"parts", "solid"}) {
+    EXPECT_EQ(is_job_file(write(text)), std::string(text) == "{\"parts") << text;
+  }
+  write_job_file((folder_.path() / "written.json").string(), job_with_everything());
+  EXPECT_TRUE(is_job_file((folder_.path() / "written.json").string()));
+  EXPECT_FALSE(is_job_file(folder_.path().string()));
+  EXPECT_FALSE(is_job_file("/no/such/file"));
+}
+
+TEST_F(JobFile, IsReplacedWhereThatIsAskedFor) {
+  v1::SliceJob job = job_with_everything();
+  replace_job_file(path_, job);
+  job.clear_planes();
+  replace_job_file(path_, job);
+  EXPECT_TRUE(MessageDifferencer::Equals(read_job_file(path_), job));
+}
+
+TEST_F(JobFile, NamesMeshesBesideItself) {
+  EXPECT_EQ(mesh_name_beside("jobs/tray.json", "jobs/a.vtk"), "a.vtk");
+  EXPECT_EQ(mesh_name_beside("tray.json", "meshes/a.vtk"), "meshes/a.vtk");
+  EXPECT_EQ(mesh_name_beside("/no/jobs/tray.json", "/no/a.vtk"), "../a.vtk");
+  EXPECT_EQ(mesh_path("jobs/tray.json", mesh_name_beside("jobs/tray.json", "a.vtk")), "jobs/../a.vtk");
+}
+
 TEST_F(JobFile, HasPathsBesideItself) {
   EXPECT_EQ(mesh_path("jobs/tray.json", "a/b.vtk"), "jobs/a/b.vtk");
   EXPECT_EQ(mesh_path("tray.json", "b.vtk"), "b.vtk");

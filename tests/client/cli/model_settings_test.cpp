@@ -53,6 +53,9 @@ TEST(ModelSettings, ReadsNamesOfPrusaSlicer) {
       R"(<volume firstid="0" lastid="9"><metadata type="volume" key="name" value="part"/></volume></object></config>)",
       "x");
   EXPECT_EQ(settings.names.at(1), "ring");
+  ASSERT_EQ(settings.volumes.at(1).size(), 1u);
+  EXPECT_EQ(settings.volumes.at(1)[0].name, "part");
+  EXPECT_EQ(settings.volumes.at(1)[0].last_triangle, 9u);
   EXPECT_TRUE(settings.plates.empty());
 }
 
@@ -67,6 +70,7 @@ TEST(ModelSettings, NamesWhatIsNoNumber) {
   };
   EXPECT_THAT(error_of("<config><object/></config>"), HasSubstr("plate.3mf: settings: an object's id"));
   EXPECT_THAT(error_of("<config><object id=\"1\"><part id=\"a\"/></object></config>"), HasSubstr("a part's id"));
+  EXPECT_THAT(error_of("<config><object id=\"1\"><volume firstid=\"0\"/></object></config>"), HasSubstr("lastid"));
   EXPECT_THAT(error_of("<config><plate/></config>"), HasSubstr("plater_id"));
   EXPECT_THAT(error_of("<config><plate><metadata key=\"plater_id\" value=\"1\"/><model_instance/></plate></config>"),
               HasSubstr("model_instance"));

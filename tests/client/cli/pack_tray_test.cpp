@@ -84,7 +84,9 @@ TEST(PackTray, RandomPartsLieApartAndWasteLittle) {
     SCOPED_TRACE("seed " + std::to_string(kSeed) + ", round " + std::to_string(round));
     const PackedTray tray = pack_tray(parts, 300, apart);
     expect_sound(parts, tray, 300, apart);
-    if (parts.size() > 60) EXPECT_GT(area / (300 * tray.depth_mm), 0.8);
+    if (parts.size() > 60) {
+      EXPECT_GT(area / (300 * tray.depth_mm), 0.8);
+    }
   }
 }
 

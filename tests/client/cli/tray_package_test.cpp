@@ -21,7 +21,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr std::uint64_t kMost = 64 << 20;
-const std::vector<Vec3> kPoints = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)};
+const std::vector<Vec3> kCorners = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)};
 const std::string kStart =
     "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship Id=\"r\" "
     "Target=\"/3D/other.model\" "
@@ -62,19 +62,50 @@ class TrayPackageTest : public testing::Test {
 TEST_F(TrayPackageTest, ReadsCopiesAsPrusaSlicerWritesThem) {
   const TrayPackage package = read(
       {{"3D/3dmodel.model",
-        model_text(object_text(1, mesh_text(kPoints)) + object_text(2, components_text("<component objectid=\"1\"/>")),
+        model_text(object_text(1, mesh_text(kCorners)) + object_text(2, components_text("<component objectid=\"1\"/>")),
                    item_text(1, shift(1, 2, 3), "printable=\"1\"") + item_text(2, shift(4, 5, 6), "printable=\"0\""))},
        {"Metadata/Slic3r_PE_model.config",
         "<config><object id=\"1\"><metadata type=\"object\" key=\"name\" value=\"ring\"/></object></config>"}});
   ASSERT_EQ(package.instances.size(), 2u);
   EXPECT_EQ(package.instances[0].label, "object 1 'ring'");
   EXPECT_EQ(package.instances[1].label, "object 2 'ring'") << "the name is that of the object that it copies";
-  EXPECT_EQ(*package.instances[1].points, kPoints);
+  EXPECT_EQ(*package.instances[1].points, kCorners);
   EXPECT_EQ(package.instances[1].placement.translation(), Vec3(4, 5, 6));
   EXPECT_TRUE(package.instances[0].printable);
   EXPECT_FALSE(package.instances[1].printable);
   EXPECT_FALSE(package.instances[0].plate);
   EXPECT_TRUE(package.plates.empty());
+}
+
+TEST_F(TrayPackageTest, TellsVolumesInOneMeshApart) {
+  std::vector<Vec3> points = kCorners;
+  for (const Vec3& corner : kCorners) points.push_back(corner + Vec3(5, 5, 5));
+  const std::string mesh = mesh_text(points);
+  const std::string two = mesh.substr(0, mesh.find("<triangles>")) +
+                          "<triangles><triangle v1=\"0\" v2=\"1\" v3=\"3\"/><triangle v1=\"4\" v2=\"7\" v3=\"5\"/>"
+                          "</triangles></mesh>";
+  const auto settings = [](const std::string& last) {
+    return "<config><object id=\"1\"><metadata type=\"object\" key=\"name\" value=\"ring\"/><volume firstid=\"0\" "
+           "lastid=\"0\"><metadata type=\"volume\" key=\"volume_type\" value=\"ModelPart\"/></volume><volume "
+           "firstid=\"1\" lastid=\"" +
+           last +
+           "\"><metadata type=\"volume\" key=\"name\" value=\"cube\"/><metadata type=\"volume\" "
+           "key=\"volume_type\" value=\"ParameterModifier\"/></volume></object></config>";
+  };
+  const std::string model =
+      model_text(object_text(1, two), item_text(1, shift(1, 2, 3)) + item_text(1, shift(0, 0, 0)));
+  const TrayPackage package = read({{"3D/3dmodel.model", model}, {"Metadata/Slic3r_PE_model.config", settings("1")}});
+  ASSERT_EQ(package.instances.size(), 4u);
+  EXPECT_EQ(*package.instances[0].points, kCorners);
+  EXPECT_EQ(package.instances[0].aid, "");
+  EXPECT_EQ(package.instances[1].points->front(), Vec3(5, 5, 5));
+  EXPECT_EQ(package.instances[1].aid, "ParameterModifier");
+  EXPECT_EQ(package.instances[1].name, "cube");
+  EXPECT_EQ(package.instances[2].points, package.instances[0].points) << "held once";
+  EXPECT_THAT(
+      error_of({{"3D/3dmodel.model", model_text(object_text(1, mesh_text(kCorners)), item_text(1, shift(0, 0, 0)))},
+                {"Metadata/Slic3r_PE_model.config", settings("1")}}),
+      AllOf(HasSubstr("object 1 'ring'"), HasSubstr("'cube'")));
 }
 
 TEST_F(TrayPackageTest, ReadsPartsAndPlatesAsBambuStudioWritesThem) {
@@ -86,7 +117,7 @@ TEST_F(TrayPackageTest, ReadsPartsAndPlatesAsBambuStudioWritesThem) {
                                                   component(3, "/3D/Objects/object_1.model"))),
                    item_text(2, turned) + item_text(2, shift(100, 0, 0)) + item_text(2, shift(0, 300, 0)))},
        {"3D/Objects/object_1.model",
-        model_text(object_text(1, mesh_text(kPoints)) + object_text(3, mesh_text(kPoints), "type=\"other\""), "")},
+        model_text(object_text(1, mesh_text(kCorners)) + object_text(3, mesh_text(kCorners), "type=\"other\""), "")},
        {"Metadata/model_settings.config",
         "<config><object id=\"2\"><metadata key=\"name\" value=\"ring\"/><part id=\"1\" subtype=\"normal_part\"/>"
         "<part id=\"3\" subtype=\"modifier_part\"><metadata key=\"name\" value=\"cube\"/></part></object>"
@@ -115,7 +146,7 @@ TEST_F(TrayPackageTest, ScalesEachPartByItsOwnUnit) {
   const TrayPackage package = read(
       {{"3D/3dmodel.model", model_text(object_text(2, components_text(component(1, "/3D/o.model", shift(1, 0, 0)))),
                                        item_text(2, shift(0, 1, 0)), "inch")},
-       {"3D/o.model", model_text(object_text(1, mesh_text(kPoints)), "", "centimeter")}});
+       {"3D/o.model", model_text(object_text(1, mesh_text(kCorners)), "", "centimeter")}});
   ASSERT_EQ(package.instances.size(), 1u);
   EXPECT_EQ(package.instances[0].points->at(1), Vec3(10, 0, 0));
   EXPECT_TRUE(package.instances[0].placement.translation().isApprox(Vec3(25.4, 25.4, 0)));
@@ -134,7 +165,7 @@ TEST_F(TrayPackageTest, RefusesDeepAndBranchingNests) {
   const auto start = std::chrono::steady_clock::now();
   for (const int branches : {1, 2}) {
     for (const bool ends_in_mesh : {true, false}) {
-      std::string resources = object_text(1, ends_in_mesh ? mesh_text(kPoints) : "");
+      std::string resources = object_text(1, ends_in_mesh ? mesh_text(kCorners) : "");
       const int levels = branches == 1 ? 1000 : 30;
       for (int i = 2; i <= levels; ++i) {
         std::string components;
@@ -151,7 +182,7 @@ TEST_F(TrayPackageTest, RefusesDeepAndBranchingNests) {
 TEST_F(TrayPackageTest, NamesMissingPartsAndObjects) {
   EXPECT_THAT(error_of({{"a", "b"}}), HasSubstr("no 3D model"));
   EXPECT_THAT(error_of({{"_rels/.rels", kStart}}), AllOf(HasSubstr("no part"), HasSubstr("3D/other.model")));
-  EXPECT_THAT(error_of_model(object_text(1, mesh_text(kPoints)), ""), HasSubstr("no build items"));
+  EXPECT_THAT(error_of_model(object_text(1, mesh_text(kCorners)), ""), HasSubstr("no build items"));
   EXPECT_THAT(error_of_model("", item_text(9, shift(0, 0, 0))),
               AllOf(HasSubstr("object 9"), HasSubstr("doesn't have")));
   const std::string missing = object_text(1, components_text(component(2, "/3D/none.model")), "name=\"ring\"");
@@ -172,7 +203,7 @@ TEST_F(TrayPackageTest, RefusesMoreThanItMayUnpack) {
 TEST_F(TrayPackageTest, RefusesMoreCopiesThanAnybodyPrints) {
   std::string items;
   for (std::size_t i = 0; i <= kMostTrayInstances; ++i) items += "<item objectid=\"1\"/>";
-  EXPECT_THAT(error_of_model(object_text(1, mesh_text(kPoints)), items), HasSubstr("more than 65536 objects"));
+  EXPECT_THAT(error_of_model(object_text(1, mesh_text(kCorners)), items), HasSubstr("more than 65536 objects"));
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ TEST_F(ZipReaderTest, DamagedArchivesAreErrorsOnly) {
   constexpr unsigned kSeed = 17;
   std::mt19937 random(kSeed);
   int errors = 0;
-  for (int round = 0; round < 500; ++round) {
+  for (int round = 0; round < 200; ++round) {
     std::string bytes = whole;
     for (int i = 0; i < 1 + round % 4; ++i) bytes[random() % bytes.size()] = static_cast<char>(random());
     if (round % 5 == 0) bytes.resize(random() % bytes.size());
@@ -93,7 +93,7 @@ TEST_F(ZipReaderTest, DamagedArchivesAreErrorsOnly) {
     });
     errors += error != "no error";
   }
-  EXPECT_GT(errors, 100);
+  EXPECT_GT(errors, 50);
 }
 
 }  // namespace
