@@ -32,8 +32,8 @@ class CommandLineTray : public CommandLine {
   /// A job of both parts, as a file.
   std::string job() {
     const std::string file = path("job.json");
-    const ProcessResult result = run(
-        {"tray", "pack", box_, ring_, "--copies", "2", "--printer", "j750-hm", "--channel", "hardness", "-o", file});
+    const ProcessResult result =
+        run({"tray", "pack", box_, ring_, "--copies", "2", "--printer", "j750-hm", "--occupancy", "-o", file});
     EXPECT_EQ(result.exit_code, cli::kExitOk) << result.err;
     return file;
   }
