@@ -69,22 +69,25 @@ TEST(ReadExodus, SaysWhatIsLeftOut) {
                           "1 sets of sides left out", "the last of 2 time steps taken, the others left out"));
 }
 
-std::string be(std::uint64_t value) {
+std::string big_endian(std::uint64_t value) {
   std::string bytes;
   for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 255);
   return bytes;
 }
 
-std::string padded(std::string text) { return be(text.size()) + text + std::string((4 - text.size() % 4) % 4, '\0'); }
+std::string padded(std::string text) {
+  return big_endian(text.size()) + text + std::string((4 - text.size() % 4) % 4, '\0');
+}
 
 /// A classic file of one tetrahedron with so many nodes, at (0, 0, 0), (1, 1, 1), and so on but for its corners.
 std::string one_tet(std::uint64_t nodes) {
   const std::string none(8, '\0');
-  std::string head = std::string("CDF\x01", 4) + be(0) + be(10) + be(5) + padded("num_dim") + be(3) +
-                     padded("num_nodes") + be(nodes) + padded("num_el_blk") + be(1) + padded("num_el_in_blk1") + be(1) +
-                     padded("num_nod_per_el1") + be(nodes) + none + be(11) + be(4);
+  std::string head = std::string("CDF\x01", 4) + big_endian(0) + big_endian(10) + big_endian(5) + padded("num_dim") +
+                     big_endian(3) + padded("num_nodes") + big_endian(nodes) + padded("num_el_blk") + big_endian(1) +
+                     padded("num_el_in_blk1") + big_endian(1) + padded("num_nod_per_el1") + big_endian(nodes) + none +
+                     big_endian(11) + big_endian(4);
   const std::string type = padded("TETRA" + std::to_string(nodes)),
-                    attribute = be(12) + be(1) + padded("elem_type") + be(2) + type;
+                    attribute = big_endian(12) + big_endian(1) + padded("elem_type") + big_endian(2) + type;
   const std::uint64_t coordinates = 4 * nodes;
   std::uint64_t begin = 0;
   std::string variables;
@@ -92,20 +95,22 @@ std::string one_tet(std::uint64_t nodes) {
     begin = first;
     variables.clear();
     for (const char* name : {"coordx", "coordy", "coordz"}) {
-      variables += padded(name) + be(1) + be(1) + none + be(5) + be(coordinates) + be(begin);
+      variables += padded(name) + big_endian(1) + big_endian(1) + none + big_endian(5) + big_endian(coordinates) +
+                   big_endian(begin);
       begin += coordinates;
     }
-    variables += padded("connect1") + be(2) + be(3) + be(4) + attribute + be(4) + be(coordinates) + be(begin);
+    variables += padded("connect1") + big_endian(2) + big_endian(3) + big_endian(4) + attribute + big_endian(4) +
+                 big_endian(coordinates) + big_endian(begin);
     return head + variables;
   };
   std::string file = header_of(header_of(0).size());
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (std::uint64_t node = 0; node < nodes; ++node) {
       const float x = node < 4 ? static_cast<float>(node == axis + 1) : static_cast<float>(node);
-      file += be(std::bit_cast<std::uint32_t>(x));
+      file += big_endian(std::bit_cast<std::uint32_t>(x));
     }
   }
-  for (std::uint64_t node = 1; node <= nodes; ++node) file += be(node);
+  for (std::uint64_t node = 1; node <= nodes; ++node) file += big_endian(node);
   return file;
 }
 
