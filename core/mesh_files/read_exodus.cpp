@@ -166,7 +166,12 @@ void ExodusReader::read_coordinates() {
 }
 
 void ExodusReader::read_blocks() {
-  const std::vector<Named> names = names_of("eb_names", "eb_prop1");
+  std::vector<Named> names = names_of("eb_names", "eb_prop1");
+  // Some files number their blocks nowhere.
+  for (std::size_t number = names.size() + 1; number <= count_of("num_el_blk"); ++number) {
+    if (netcdf_.variable("connect" + std::to_string(number)) == nullptr) break;
+    names.push_back({std::to_string(number), static_cast<double>(number)});
+  }
   std::uint64_t elements = 0;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string number = std::to_string(i + 1);
