@@ -22,6 +22,17 @@
 
 namespace ccslice {
 
+namespace {
+
+/// From a multiple of 8 columns to another, so that rows of samples of 1, 2 and 4 bits begin and end with a byte.
+LayerWindow whole_bytes(const LayerWindow& window) {
+  constexpr std::uint32_t kByte = 8;
+  const std::uint32_t first = window.first_column / kByte * kByte;
+  return {first, window.first_row, (window.end_column() - first + kByte - 1) / kByte * kByte, window.rows};
+}
+
+}  // namespace
+
 struct PartPainter::Shared {
   std::shared_ptr<const LimitSolid> solid;
   SliceJob job;
@@ -181,7 +192,7 @@ struct PartPainter::State {
     }
     PaintedPart part;
     part.shape = slabs ? &shape_in_slab(layer, cancel) : &own;
-    part.window = common_window(window_of(part.shape->spans), scope.window);
+    part.window = common_window(whole_bytes(window_of(part.shape->spans)), scope.window);
     part.planes = planes.shown();
     part.stats = part.shape->stats;
     if (evaluate_channels(layer, part, cancel) == WindowOutcome::kNeedsWholeLayer) {

@@ -103,5 +103,26 @@ TEST(CopyBits, TakesThemFromAnywhereToAnywhere) {
   }
 }
 
+TEST(CopyBits, LongRowsAreCopiedBySeveralBytesAtOnce) {
+  std::mt19937 random(5);
+  std::vector<std::uint8_t> in(40);
+  for (std::uint8_t& byte : in) byte = static_cast<std::uint8_t>(random());
+  const auto bit = [](const std::vector<std::uint8_t>& bytes, std::size_t at) {
+    return bytes[at / 8] >> (7 - at % 8) & 1;
+  };
+  for (std::size_t from = 0; from < 9; ++from) {
+    for (std::size_t to = 0; to < 9; ++to) {
+      for (const std::size_t count : {63u, 64u, 65u, 119u, 120u, 128u, 200u, 311u}) {
+        std::vector<std::uint8_t> out(44);
+        copy_bits(in.data(), from, count, out.data(), to);
+        for (std::size_t at = 0; at < 8 * out.size(); ++at) {
+          const bool is_copied = at >= to && at < to + count;
+          ASSERT_EQ(bit(out, at), is_copied ? bit(in, from + at - to) : 0) << from << ' ' << count << ' ' << to;
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace ccslice
