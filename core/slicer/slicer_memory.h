@@ -7,8 +7,8 @@
 //
 // The first are exact. How finely contours and materials have to be cut is known only when it is done: a few cells and
 // faces are cut to tell it (slicer/cut_estimates.h). For the samples this is above what is held
-// (tests/core/slicer/slicer_memory_test.cpp): 1.2 to 2 times for whole jobs, and where it is little up to 32 MiB more.
-// It is no bound, and leaves out what a layer takes that has to be painted whole for a region's voxels.
+// (tests/core/slicer/slicer_memory_test.cpp): 1.3 to 2.3 times for whole jobs, and where it is little up to 32 MiB
+// more. It is no bound, and leaves out what a layer takes that has to be painted whole for a region's voxels.
 
 #pragma once
 
