@@ -127,7 +127,7 @@ void ContonePlane::resize(std::uint32_t width, std::uint32_t height, const Cance
   width_ = width;
   height_ = height;
   const std::size_t size = sample_bytes(type_, width, height);
-  if (samples_.capacity() < size) samples_.reserve(std::max(size, samples_.capacity() / 2 * 3));
+  samples_.reserve(size);
   if (samples_.size() > size) samples_.resize(size);
   while (samples_.size() < size) {
     cancel.throw_if_cancelled();

@@ -39,7 +39,7 @@ class ContonePlane {
 
   /// Room for so many samples, so that windows that grow from layer to layer need no other memory.
   void reserve(std::size_t voxels);
-  /// Of this size, with any samples. Throws Error{kCancelled}.
+  /// Takes this size, with any samples. Throws Error{kCancelled}.
   void resize(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel = {});
   /// The same, and all samples are as outside.
   void clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel = {});

@@ -47,6 +47,12 @@ LayerWindow window_of_solid(const SolidSummary& solid, const SliceJob& job) {
   return {column, row, end_column - column, end_row - row};
 }
 
+LayerWindow window_of_parts(const PlacedParts& parts) {
+  LayerWindow window;
+  for (const PlacedPart& part : parts) window = joint_window(window, window_of_solid(part.solid->summary(), part.job));
+  return window;
+}
+
 std::uint64_t most_layer_bytes(const SolidSummary& solid, const SliceJob& job) {
   return most_bytes(job, std::array{common_window(region_of(job).window(), window_of_solid(solid, job))});
 }

@@ -41,6 +41,9 @@ using PlacedParts = std::vector<PlacedPart>;
 /// The columns and rows of the grid that the solid may be in.
 LayerWindow window_of_solid(const SolidSummary& solid, const SliceJob& job);
 
+/// The smallest window that holds those of all parts.
+LayerWindow window_of_parts(const PlacedParts& parts);
+
 /// Bytes of a layer's samples, encoded: of the solid's window for encodings that leave out what is outside, else of all
 /// of the region.
 std::uint64_t most_layer_bytes(const SolidSummary& solid, const SliceJob& job);

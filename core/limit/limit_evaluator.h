@@ -21,7 +21,7 @@ struct LimitSample {
 };
 
 inline constexpr std::size_t kSmallPatchCacheBytes = 1 << 20;
-/// What a cache of at most `most_bytes` takes, once patches of a solid with so many channels fill it.
+/// Returns the bytes of a cache of at most `most_bytes`, once patches of a solid with so many channels fill it.
 std::size_t patch_cache_bytes(std::size_t channels, std::size_t most_bytes);
 
 /// Evaluates one solid on one thread: owns the scratch memory that irregular cells need, and a bounded cache of their

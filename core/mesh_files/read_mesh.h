@@ -20,8 +20,8 @@ MeshFileKind mesh_file_kind(std::string_view bytes);
 /// Reads whichever kind `bytes` are of. Throws Error (1xx, 4xx).
 MeshFile read_mesh(std::string_view bytes, const MeshLimits& limits = {}, const FileOrigin& origin = {});
 
-/// Likewise, but for collapsed cells and pyramids, which stay as resolve_collapsed_cells() takes them: for whoever
-/// joins points before, since a cell may be collapsed by points in one place.
+/// Reads the same, but leaves collapsed cells and pyramids as resolve_collapsed_cells() takes them: a caller that joins
+/// points does so first, since a cell may be collapsed by points in one place.
 MeshFile read_mesh_unresolved(std::string_view bytes, const MeshLimits& limits = {}, const FileOrigin& origin = {});
 
 /// What a file is that isn't any of them: of a known format that isn't read, with the remedy, or "neither a Gmsh file

@@ -13,7 +13,7 @@
 namespace ccslice {
 namespace {
 
-/// What is left of the faces once repeated corners are one.
+/// Returns the faces that are left once repeated corners are one.
 std::vector<FaceRing> faces_left(CellKind kind, std::span<const std::uint32_t> corners) {
   std::vector<FaceRing> rings;
   for (const LocalFace& face : cell_topology(kind).faces) {

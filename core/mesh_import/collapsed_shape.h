@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a cell with repeated corners is: it follows from the faces that are left of it, once repeated corners are one
+// The shape of a cell with repeated corners follows from the faces that are left of it, once repeated corners are one
 // and faces with fewer than three are gone.
 
 #pragma once

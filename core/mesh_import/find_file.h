@@ -27,7 +27,7 @@ class NamedFiles {
     std::vector<std::filesystem::path> files;  // Canonical.
     bool is_outside = false;  // It would be outside: nothing says whether it's there, so nobody learns what else is.
   };
-  /// What find_files() finds in those folders.
+  /// Finds files as find_files() does, in those folders.
   Found find(const std::filesystem::path& folder, std::string_view name) const;
 
  private:

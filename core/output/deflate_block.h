@@ -30,7 +30,7 @@ struct SymbolAndExtra {
   unsigned value;
 };
 
-/// Of a match's length in bytes, 3 to DeflateBlock::kLongestMatch.
+/// `length`: a match's, in bytes, 3 to DeflateBlock::kLongestMatch.
 SymbolAndExtra length_symbol(unsigned length);
 
 inline constexpr unsigned kEndOfBlock = 256;

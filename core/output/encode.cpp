@@ -11,10 +11,10 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/output/arrange.h"
 #include "core/output/encodings.h"
 #include "core/output/pack_indices.h"
 #include "core/output/polling.h"
+#include "core/output/sample_rows.h"
 
 namespace ccslice {
 namespace {
@@ -54,26 +54,15 @@ std::uint32_t crc32_of_rows(std::uint32_t crc, std::span<const std::uint8_t> row
 
 /// The CRC-32 of the whole picture, of which there is a window.
 std::uint32_t crc32_of_window(const SampleImage& image, const CancellationToken& cancel) {
-  constexpr std::size_t kByte = 8;
   const LayerWindow window = image_window(image);
-  const std::uint32_t channels = channel_count(image);
-  const std::size_t sample_bits = sample_bytes(image.type, kByte, 1), voxel_bits = channels * sample_bits;
-  const std::size_t row_bytes = sample_bytes(image.type, window.columns, 1, channels);
-  std::vector<std::uint8_t> outside(sample_bytes(image.type, image.width, 1, channels));
-  const std::size_t period = std::max<std::size_t>(1, sample_bits / kByte);
-  fill_samples(outside, std::span(image.outside).first(period));
-  std::vector<std::uint8_t> row;
-  const std::uint32_t first = window.columns > 0 ? window.first_row : image.height;
-  const std::uint32_t end = window.columns > 0 ? window.end_row() : image.height;
-  std::uint32_t crc = crc32_of_rows(libdeflate_crc32(0, nullptr, 0), outside, first);
-  for (std::uint32_t y = first; y < end; ++y) {
+  SampleRows rows(image);
+  std::uint32_t crc = crc32_of_rows(libdeflate_crc32(0, nullptr, 0), rows.outside(), window.first_row);
+  for (std::uint32_t y = window.first_row; y < window.end_row(); ++y) {
     if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
-    row = outside;
-    copy_bits(image.samples.data() + row_bytes * (y - window.first_row), 0, voxel_bits * window.columns, row.data(),
-              voxel_bits * window.first_column);
+    const std::span<const std::uint8_t> row = rows(y);
     crc = libdeflate_crc32(crc, row.data(), row.size());
   }
-  return crc32_of_rows(crc, outside, image.height - end);
+  return crc32_of_rows(crc, rows.outside(), image.height - window.end_row());
 }
 
 /// `bytes_of`: makes the encoded bytes.

@@ -98,10 +98,11 @@ struct IndexImage {
   std::optional<LayerWindow> window = {};
 };
 
-/// What an image's samples or indices hold of it.
+/// What an image's samples or indices hold of it: no row, behind its last one, if that is nothing.
 template <typename Image>
 LayerWindow image_window(const Image& image) {
-  return image.window.value_or(LayerWindow{0, 0, image.width, image.height});
+  const LayerWindow window = image.window.value_or(LayerWindow{0, 0, image.width, image.height});
+  return window.columns == 0 ? LayerWindow{0, image.height, 0, 0} : window;
 }
 
 /// Samples of a voxel.

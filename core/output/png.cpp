@@ -13,10 +13,10 @@
 #include <string_view>
 #include <utility>
 
-#include "core/output/arrange.h"
 #include "core/output/encode.h"
 #include "core/output/pack_indices.h"
 #include "core/output/polling.h"
+#include "core/output/sample_rows.h"
 
 namespace ccslice {
 namespace {
@@ -101,10 +101,7 @@ constexpr std::uint64_t kFewestEqual = 1 << 16;
 template <typename Image, typename AppendRow, typename AppendEqual>
 void append_all_rows(const Image& image, std::uint64_t row_bytes, bool can_be_equal, const CancellationToken& cancel,
                      const AppendRow& append_row, const AppendEqual& append_equal) {
-  const LayerWindow window = image_window(image);
-  const bool has_window = window.columns > 0;
-  const std::uint32_t first = has_window ? window.first_row : image.height;
-  const std::uint32_t end = has_window ? window.end_row() : image.height;
+  const std::uint32_t first = image_window(image).first_row, end = image_window(image).end_row();
   const auto is_long = [&](std::uint32_t rows) { return can_be_equal && rows * row_bytes >= kFewestEqual; };
   std::uint32_t y = 0, last = image.height;
   if (is_long(first)) {
@@ -122,36 +119,6 @@ void append_all_rows(const Image& image, std::uint64_t row_bytes, bool can_be_eq
 bool is_zero(const std::array<std::uint8_t, 4>& sample) {
   return std::ranges::all_of(sample, [](std::uint8_t byte) { return byte == 0; });
 }
-
-/// Row y of the samples, as wide as the image: what is outside the window is in `row` from the start, and stays.
-class SampleRows {
- public:
-  explicit SampleRows(const SampleImage& image)
-      : image_(image),
-        window_(image_window(image)),
-        voxel_bits_(sample_bytes(image.type, kByte, 1)),
-        window_bytes_(sample_bytes(image.type, window_.columns, 1)),
-        outside_(sample_bytes(image.type, image.width, 1)) {
-    fill_samples(outside_, std::span(image.outside).first(std::max<std::size_t>(1, voxel_bits_ / kByte)));
-  }
-
-  std::span<const std::uint8_t> operator()(std::uint32_t y) {
-    if (!image_.window) return image_.samples.subspan(window_bytes_ * y, window_bytes_);
-    if (window_.columns == 0 || y < window_.first_row || y >= window_.end_row()) return outside_;
-    row_ = outside_;
-    copy_bits(image_.samples.data() + window_bytes_ * (y - window_.first_row), 0, voxel_bits_ * window_.columns,
-              row_.data(), voxel_bits_ * window_.first_column);
-    return row_;
-  }
-
- private:
-  static constexpr std::uint32_t kByte = 8;
-
-  const SampleImage& image_;
-  const LayerWindow window_;
-  const std::size_t voxel_bits_, window_bytes_;  // A row of the window.
-  std::vector<std::uint8_t> outside_, row_;
-};
 
 /// A row as PNG's samples of 8 or 16 bits.
 void spread_row(SampleType type, const std::uint8_t* in, std::span<std::uint8_t> out) {
@@ -306,8 +273,7 @@ std::vector<std::uint8_t> PngEncoder::rgba(const IndexImage& image, const Cancel
       image, 1 + std::uint64_t{4} * image.width, true, cancel,
       [&](std::uint32_t y) {
         stream_.append(kFilter);
-        const bool is_held = window.columns > 0 && y >= window.first_row && y < window.end_row();
-        if (!is_held) return stream_.append(background);
+        if (y < window.first_row || y >= window.end_row()) return stream_.append(background);
         const std::size_t row = std::size_t{window.columns} * (y - window.first_row);
         stream_.append(std::span(background).first(window.first_column));
         stream_.append(image.indices.subspan(row, window.columns));

@@ -22,7 +22,7 @@ namespace ccslice {
 
 /// One thread's encoder: keeps scratch memory from picture to picture. All functions poll `cancel` every few rows and
 /// throw Error{kCancelled}.
-/// Images may be windows: rows outside that are zeros in the file cost next to nothing.
+/// Images may be windows: many rows that these hold nothing of cost next to nothing.
 class PngEncoder {
  public:
   static constexpr std::size_t kMostRgbaColours = ZlibStream::kMostColours;

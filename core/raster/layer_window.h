@@ -51,6 +51,13 @@ inline LayerWindow joint_window(const LayerWindow& a, const LayerWindow& b) {
   return {column, row, std::max(a.end_column(), b.end_column()) - column, std::max(a.end_row(), b.end_row()) - row};
 }
 
+/// From a multiple of 8 columns to another, so that rows of samples of 1, 2 and 4 bits begin and end with a byte.
+inline LayerWindow whole_bytes(const LayerWindow& window) {
+  constexpr std::uint32_t kByte = 8;
+  const std::uint32_t first = window.first_column / kByte * kByte;
+  return {first, window.first_row, (window.end_column() - first + kByte - 1) / kByte * kByte, window.rows};
+}
+
 /// The smallest one that holds all spans. `spans`: by row.
 inline LayerWindow window_of(std::span<const VoxelRun> spans) {
   if (spans.empty()) return {};

@@ -62,6 +62,10 @@ LayerComposer::LayerComposer(const PlacedParts& parts)
   for (const PlaneSpec& plane : shown_channels(job_)) {
     channels_.emplace_back(plane, table.at(plane.channel).range, std::nullopt);
   }
+  const LayerWindow most = common_window(whole_bytes(window_of_parts(parts)), region_);
+  const std::size_t voxels = std::size_t{most.columns} * most.rows;
+  for (ContonePlane& plane : channels_) plane.reserve(voxels);
+  if (shows_materials(job_)) materials_.reserve(voxels);
 }
 
 void LayerComposer::start(std::uint32_t layer, const LayerWindow& window) {
@@ -120,10 +124,7 @@ void LayerComposer::add_stats(const PaintedPart& painted) {
 void LayerComposer::add_samples(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel) {
   if (part == order_.front()) {
     for (ContonePlane& plane : channels_) plane.clear(window_.columns, window_.rows, cancel);
-    if (shows_materials(job_)) {
-      materials_.clear();
-      materials_.resize(std::size_t{window_.columns} * window_.rows);
-    }
+    if (shows_materials(job_)) materials_.assign(std::size_t{window_.columns} * window_.rows, 0);
   }
   cancel.throw_if_cancelled();
   const auto owned = owners_.add(part, painted.shape->spans, [&](const OwnedRun& run) { note_covered(part, run); });

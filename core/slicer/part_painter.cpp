@@ -22,17 +22,6 @@
 
 namespace ccslice {
 
-namespace {
-
-/// From a multiple of 8 columns to another, so that rows of samples of 1, 2 and 4 bits begin and end with a byte.
-LayerWindow whole_bytes(const LayerWindow& window) {
-  constexpr std::uint32_t kByte = 8;
-  const std::uint32_t first = window.first_column / kByte * kByte;
-  return {first, window.first_row, (window.end_column() - first + kByte - 1) / kByte * kByte, window.rows};
-}
-
-}  // namespace
-
 struct PartPainter::Shared {
   std::shared_ptr<const LimitSolid> solid;
   SliceJob job;
@@ -67,7 +56,7 @@ struct PartPainter::State {
         tracer(*shared->solid, shared->contour_index),
         planes(job, shared->solid->summary()),
         sources(used_sources(job), planes.specs(), job.placement) {
-    const LayerWindow most = common_window(window_of_solid(shared->solid->summary(), job), scope.window);
+    const LayerWindow most = common_window(whole_bytes(window_of_solid(shared->solid->summary(), job)), scope.window);
     planes.reserve(most);
     if (shared->halftone) halftone.emplace(*shared->halftone, std::size_t{most.columns} * most.rows);
     if (!planes.need_solid()) return;

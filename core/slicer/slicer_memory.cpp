@@ -336,13 +336,9 @@ SlicerMemory slicer_memory(const PlacedParts& parts, const CancellationToken& ca
     memory.tiles_fit.insert(memory.tiles_fit.end(), copies, of_part.tiles_fit.front());
   }
   const SliceJob& job = parts.front().job;
-  LayerWindow window;
-  for (const PlacedPart& part : parts) {
-    window = joint_window(window, window_of_solid(part.solid->summary(), part.job));
-  }
+  const LayerWindow window = window_of_parts(parts);
   double composed = encoded_bytes(job, window);
-  if (parts.size() > 1)
-    composed += kGrowthOfPieces * painted_bytes(job, common_window(window, region_of(job).window()));
+  if (parts.size() > 1) composed += painted_bytes(job, common_window(window, region_of(job).window()));
   memory.slicer_bytes += static_cast<std::uint64_t>(composed);
   return memory;
 }

@@ -45,7 +45,7 @@ void add_placed_job_options(CLI::App& app, JobOptions& options, CommonOptions& c
 /// Those, and what is to be known of the layers.
 void add_job_options(CLI::App& app, JobOptions& options, CommonOptions& common);
 
-/// What is to be known of the layers, but for what only plans take.
+/// Adds the options of planes, layout and software, which plans and slices share.
 void add_layer_options(CLI::App& app, JobOptions& options);
 
 /// The parts in their places and nothing else, unless a file says the job. Throws UsageError.

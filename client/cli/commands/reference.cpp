@@ -129,8 +129,8 @@ std::string words_of(const CLI::App& command) {
   return name.substr(std::min(name.find(' '), name.size() - 1) + 1);
 }
 
-/// What of a completion's `case` is for a command: in `values` the words of options that take some, in `options` those
-/// of the command itself.
+/// Adds a command to a completion's `case`: to `values` the words of options that take some, to `options` those of the
+/// command itself.
 void add_bash_command(const CLI::App& command, std::string& values, std::string& options) {
   std::vector<std::string> all;
   for (const CLI::App* below : commands_of(command)) all.push_back(below->get_name());

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What the commands of `ccslice tray` share: parts of a job with their names, surfaces and placements.
+// The commands of `ccslice tray`, and the functions that they share: parts of a job with their names, surfaces and
+// placements.
 
 #pragma once
 
@@ -26,8 +27,8 @@ inline constexpr std::size_t kMostPlacements = 4096, kMostParts = 256;
 /// Largest distance from an exported triangle to the limit surface, mm, unless an option says another.
 inline constexpr double kTrayChordMm = 0.05;
 
-/// What to call each part, before its mesh's id takes the place of the file: its name, or else its mesh's file without
-/// folder and ending.
+/// Returns each part's name, or else its mesh's file without folder and ending. REQUIRES: no mesh's id has taken the
+/// place of its file yet.
 std::vector<std::string> names_of_parts(const JobOptions& options, const v1::SliceJob& job);
 
 /// The placements of a part. Throws UsageError for matrices that aren't 12 finite numbers.

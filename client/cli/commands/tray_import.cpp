@@ -64,7 +64,7 @@ std::optional<std::uint32_t> chosen_plate(const TrayImportOptions& options, cons
   return used.empty() ? std::nullopt : std::optional(*used.begin());
 }
 
-/// What keeps an instance from being printed, whatever it is; empty if nothing does.
+/// Returns why an instance isn't printed, whatever it is; empty if it is.
 std::string reason_to_leave_out(const TrayInstance& instance, const std::optional<std::uint32_t>& plate) {
   if (plate && instance.plate != plate) {
     return instance.plate.value_or(0) == 0 ? "it lies beside the plates"

@@ -76,7 +76,7 @@ std::optional<Candidate> best_candidate(const std::vector<ExportedPart>& parts, 
 
 std::string micrometres(double mm) { return show_number(1000 * mm) + " um"; }
 
-/// What was done to an object that has a part's vertices in other places.
+/// Says how an object was changed that has a part's vertices in other places.
 void describe_change(const Candidate& best, const std::string& part, const std::vector<Vec3>& placed,
                      PartSearch& search) {
   const ScaleFit scale = fit_scale(best.shape, placed);

@@ -7,7 +7,7 @@
 // format_coordinate(); Bambu]. So a part is known by the number of its vertices and by where each of them is, and its
 // placement is the motion that takes the vertices as they were exported to those of the file.
 //
-// What that leaves: a coordinate of up to 512 mm is half of 2^-15 mm off as a float, twice (as it is read, and once the
+// Rounding stays: a coordinate of up to 512 mm is half of 2^-15 mm off as a float, twice (as it is read, and once the
 // middle of the part is made its origin): 0.03 um. Matrices have 9 digits: 0.5e-9 of a part's size, and 0.5 nm of up to
 // 1 m. kMostResidualMm is 1 um: some thirty times that, and a tenth of what anybody can print.
 
@@ -40,7 +40,7 @@ struct FoundPart {
   bool mirrored = false;  // Against the job's own placement.
 };
 
-/// What an instance turned out to be: a part, or what keeps it from being one.
+/// The part that an instance is, or why it is none.
 struct PartSearch {
   std::optional<FoundPart> found;
   bool is_foreign = false;  // It has nothing of the job's parts. Otherwise it was changed.

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What programs say of a package's objects beside it: names, which parts aren't printed, and plates.
+// The file in which programs describe a package's objects: names, which parts aren't printed, and plates.
 //
 // Bambu Studio and OrcaSlicer write Metadata/model_settings.config (_add_model_config_file_to_archive() of [Bambu]):
 //   <config>

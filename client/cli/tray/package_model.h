@@ -46,7 +46,7 @@ struct PackageModel {
 /// `where`: the file and the part, for messages. Throws Error{kFileSyntax, kFileUnsupported}.
 PackageModel parse_package_model(std::string xml, const std::string& where);
 
-/// What an XML text says, parsed in place. Throws Error{kFileSyntax}.
+/// Parses an XML text in place. Throws Error{kFileSyntax}.
 void load_xml(std::string& xml, const std::string& where, pugi::xml_document& document);
 
 /// "path" of "p:path".

@@ -35,7 +35,7 @@ struct TrayInstance {
   std::string name;                             // Empty if the file has none.
   std::string label;                            // For messages: "object 3 'ring' (copy 2)".
   bool printable = true;
-  /// What it is where it isn't to be printed: "modifier_part", "support". Empty otherwise.
+  /// Says what it is if it isn't to be printed: "modifier_part", "support". Empty otherwise.
   std::string aid;
   /// The number of its plate; 0 if the file has plates, and it is on none of them.
   std::optional<std::uint32_t> plate;

@@ -37,7 +37,7 @@ TrayInstance instance_of(std::vector<Vec3> points, const Placement& placement, c
   return instance;
 }
 
-/// What a program makes of points: floats about another origin, in a frame of its own.
+/// Returns points as a program writes them: floats about another origin, in a frame of its own.
 std::vector<Vec3> as_floats(std::vector<Vec3> points, const Vec3& origin) {
   for (Vec3& point : points) {
     point = (point.cast<float>().cast<double>() - origin).cast<float>().cast<double>();

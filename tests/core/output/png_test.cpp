@@ -137,7 +137,7 @@ TEST(Png, AMaskIsOneBitAVoxel) {
   }
 }
 
-/// What the window holds of a picture of that many bytes a sample.
+/// Returns the window's samples of a picture, of that many bytes each.
 Bytes cut_out(const Bytes& all, std::uint32_t width, const LayerWindow& window, std::size_t bytes) {
   Bytes part;
   for (std::uint32_t y = window.first_row; y < window.end_row(); ++y) {
