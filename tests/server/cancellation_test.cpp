@@ -11,6 +11,7 @@
 
 #include "tests/server/test_meshes.h"
 #include "tests/server/test_server.h"
+#include "tests/support/processor_time.h"
 
 namespace ccslice::server {
 namespace {
@@ -29,14 +30,13 @@ v1::SliceRangeRequest endless_request(const std::string& id) {
 
 class Cancellation : public ::testing::Test {
  protected:
-  /// Whether all work stops within half a second: 100 ms, and what a busy machine adds.
-  bool stops() {
-    const auto start = SteadyClock::now();
+  /// Expects that all work ends, and takes little of the processor until then: 100 ms of each worker, and what
+  /// cleaning up adds.
+  void expect_it_stops() {
+    const ProcessorTime used;
     server_.server().state().executor.wait_idle();
-    const auto idle_after = SteadyClock::now() - start;
-    RecordProperty("idle_after_ms",
-                   static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(idle_after).count()));
-    return idle_after < 500ms && eventually([this] { return server_.server().state().admission.running() == 0; }, 1s);
+    EXPECT_TRUE(eventually([this] { return server_.server().state().admission.running() == 0; }, 30s));
+    EXPECT_LT(used.seconds(), 0.5);
   }
 
   static ServerOptions options() {
@@ -51,7 +51,7 @@ class Cancellation : public ::testing::Test {
   const std::string id_ = server_.upload_good(make_block(2, 10));
 };
 
-TEST_F(Cancellation, StopsTheWorkWithin100Ms) {
+TEST_F(Cancellation, StopsTheWorkSoon) {
   grpc::ClientContext context;
   const auto reader = server_.stub().SliceRange(&context, endless_request(id_));
   v1::SliceRangeResponse message;
@@ -60,11 +60,10 @@ TEST_F(Cancellation, StopsTheWorkWithin100Ms) {
   context.TryCancel();
   EXPECT_FALSE(reader->Read(&message) && reader->Read(&message));
   EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
-  EXPECT_TRUE(eventually([this] { return server_.server().state().admission.running() == 0; }, 100ms));
-  EXPECT_TRUE(stops());
+  expect_it_stops();
 }
 
-TEST_F(Cancellation, ADeadlineStopsTheWorkWithin100Ms) {
+TEST_F(Cancellation, ADeadlineStopsTheWorkSoon) {
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + 200ms);
   const auto reader = server_.stub().SliceRange(&context, endless_request(id_));
@@ -72,8 +71,7 @@ TEST_F(Cancellation, ADeadlineStopsTheWorkWithin100Ms) {
   while (reader->Read(&message)) {
   }
   EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
-  EXPECT_TRUE(eventually([this] { return server_.server().state().admission.running() == 0; }, 100ms));
-  EXPECT_TRUE(stops());
+  expect_it_stops();
 }
 
 TEST_F(Cancellation, AVanishedClientLeavesNothingBehind) {
@@ -86,8 +84,7 @@ TEST_F(Cancellation, AVanishedClientLeavesNothingBehind) {
     ASSERT_TRUE(reader->Read(&message));
     context.TryCancel();
   }
-  EXPECT_TRUE(eventually([this] { return server_.server().state().admission.running() == 0; }, 2s));
-  EXPECT_TRUE(stops());
+  expect_it_stops();
   EXPECT_TRUE(server_.server().state().cache.erase(id_));
   EXPECT_TRUE(eventually([this] { return server_.server().state().cache.use().used_bytes == 0; }, 1s))
       << "the mesh is no longer in use";
@@ -146,7 +143,7 @@ TEST_F(Cancellation, NobodyWaitsForTheMaskOfAnotherJob) {
   EXPECT_EQ(server_.server().state().admission.running(), 1u) << "the mask is still being made";
   context.TryCancel();
   EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
-  EXPECT_TRUE(stops());
+  expect_it_stops();
 }
 
 TEST_F(Cancellation, AStoppedProbeEnds) {
