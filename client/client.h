@@ -114,6 +114,7 @@ struct SliceOutcome {
   std::uint64_t voxels_scaled_up = 0;
   double least_fraction_sum = 0;
   std::uint64_t voxels_covered = 0;  // Of parts, that another part has: once for each part that lacks them.
+  std::uint64_t voxels_cut = 0;      // Of parts, that the job cuts out.
   /// Adds the layers and voxels of another part of the same job.
   void add_counts(const SliceOutcome& part);
 
@@ -159,11 +160,12 @@ class Client {
   /// `pin` may be null. With CallOptions::split layers that come too early are kept, in up to 256 MiB.
   SliceOutcome slice(const v1::SliceRangeRequest& request, const LayerCallback& on_layer, const CallOptions& call = {},
                      SlicePin* pin = nullptr);
-  /// What is at points, in batches: `take` gets their answers in order, each once, while another thread calls `next`. A
-  /// stream that breaks goes on with those that have no answer yet, which are some batches at most, so memory is
-  /// bounded. What `next` throws is thrown when all that it gave before is answered; what `take` throws, at once.
-  void probe(const std::string& mesh_id, const v1::Placement& placement, const PointSource& next,
-             const PointAnswers& take, const CallOptions& call = {});
+  /// What is at points, in batches. `setting`: the mesh, where it is, and which fields; its points don't count. `take`
+  /// gets their answers in order, each once, while another thread calls `next`. A stream that breaks goes on with those
+  /// that have no answer yet, which are some batches at most, so memory is bounded. What `next` throws is thrown when
+  /// all that it gave before is answered; what `take` throws, at once.
+  void probe(const v1::ProbePointsRequest& setting, const PointSource& next, const PointAnswers& take,
+             const CallOptions& call = {});
   /// The same of points in memory: answers per batch, in order.
   std::vector<v1::ProbePointsResponse> probe(const std::string& mesh_id, const v1::Placement& placement,
                                              const std::vector<double>& points_mm, const CallOptions& call = {});

@@ -36,12 +36,12 @@ class Probing {
  public:
   using Stream = grpc::ClientReaderWriter<v1::ProbePointsRequest, v1::ProbePointsResponse>;
 
-  Probing(const std::string& mesh_id, const v1::Placement& placement, const PointSource& next, const PointAnswers& take)
-      : mesh_id_(mesh_id), placement_(placement), next_(next), take_(take) {}
+  Probing(const v1::ProbePointsRequest& setting, const PointSource& next, const PointAnswers& take)
+      : setting_(setting), next_(next), take_(take) {}
 
   /// Everything that hasn't been answered yet.
   void run(const Endpoint& at, const CallOptions& options, Attempts& attempts) {
-    Call call(options, at, mesh_id_);
+    Call call(options, at, setting_.mesh_id());
     const auto stream = at.stub->ProbePoints(&call.context());
     sent_ = 0;
     over_ = false;
@@ -68,12 +68,11 @@ class Probing {
 
  private:
   void write(Stream& stream) {
-    v1::ProbePointsRequest batch;
-    batch.set_mesh_id(mesh_id_);
-    *batch.mutable_placement() = placement_;
+    v1::ProbePointsRequest batch = setting_;
     while (next_batch(batch)) {
       if (!stream.Write(batch)) return;  // The stream is over, and its status says why.
       batch.clear_placement();
+      batch.clear_fields();
     }
     stream.WritesDone();
   }
@@ -129,8 +128,7 @@ class Probing {
     }
   }
 
-  const std::string& mesh_id_;
-  const v1::Placement& placement_;
+  const v1::ProbePointsRequest& setting_;
   const PointSource& next_;
   const PointAnswers& take_;
   std::mutex mutex_;  // Guards what follows.
@@ -143,10 +141,10 @@ class Probing {
 
 }  // namespace
 
-void Client::probe(const std::string& mesh_id, const v1::Placement& placement, const PointSource& next,
-                   const PointAnswers& take, const CallOptions& call) {
-  Probing probing(mesh_id, placement, next, take);
-  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, {mesh_id});
+void Client::probe(const v1::ProbePointsRequest& setting, const PointSource& next, const PointAnswers& take,
+                   const CallOptions& call) {
+  Probing probing(setting, next, take);
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, {setting.mesh_id()});
   int reuploads = 0;
   with_retries(call, attempts, reuploads, [&](const Endpoint& at) { probing.run(at, call, attempts); });
 }
@@ -161,7 +159,10 @@ std::vector<v1::ProbePointsResponse> Client::probe(const std::string& mesh_id, c
     return std::vector<double>(begin, at);
   };
   const auto take = [&](std::span<const double>, const v1::ProbePointsResponse& answer) { answers.push_back(answer); };
-  probe(mesh_id, placement, next, take, call);
+  v1::ProbePointsRequest setting;
+  setting.set_mesh_id(mesh_id);
+  *setting.mutable_placement() = placement;
+  probe(setting, next, take, call);
   return answers;
 }
 

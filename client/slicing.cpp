@@ -77,6 +77,7 @@ SliceOutcome counts_of(const Layer& layer) {
   counts.voxels_scaled_up = statistics.voxels_scaled_up();
   counts.least_fraction_sum = statistics.least_fraction_sum();
   counts.voxels_covered = statistics.voxels_covered();
+  counts.voxels_cut = statistics.voxels_cut();
   return counts;
 }
 
@@ -179,6 +180,7 @@ void SliceOutcome::add_counts(const SliceOutcome& part) {
   add_voxels(material_voxels, part.material_voxels);
   voxels_off_map += part.voxels_off_map;
   voxels_covered += part.voxels_covered;
+  voxels_cut += part.voxels_cut;
   if (part.voxels_scaled_up > 0) {
     const bool first = voxels_scaled_up == 0;
     least_fraction_sum = first ? part.least_fraction_sum : std::min(least_fraction_sum, part.least_fraction_sum);

@@ -84,6 +84,7 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kTooManyParts: return "TOO_MANY_PARTS";
     case ErrorCode::kPartNameInvalid: return "PART_NAME_INVALID";
     case ErrorCode::kPartsOverlap: return "PARTS_OVERLAP";
+    case ErrorCode::kFieldInvalid: return "FIELD_INVALID";
     case ErrorCode::kCancelled: return "CANCELLED";
     case ErrorCode::kInternal: return "INTERNAL";
     case ErrorCode::kFileUnreadable: return "FILE_UNREADABLE";

@@ -73,7 +73,7 @@ enum class ErrorCode : int {
   kTooManyTriangles = 225,        // More triangles than the limits allow at this tolerance.
   kLimitCellUnknown = 226,        // A limit cell that the solid doesn't have.
   kPointNonFinite = 227,          // NaN or infinite point.
-  kChannelRepeated = 228,         // A plane that names a channel twice.
+  kChannelRepeated = 228,         // A plane that names a channel twice, or two channels of one name.
   kMaterialsMissing = 229,        // Materials to show, but none that the printer holds.
   kTooManyMaterials = 230,        // More than 8 of them.
   kMaterialNameInvalid = 231,     // A name that is empty or too long.
@@ -96,6 +96,7 @@ enum class ErrorCode : int {
   kTooManyParts = 248,            // More placed parts in a job than can be sliced together.
   kPartNameInvalid = 249,         // A name of a part that is empty, too long, or another one's.
   kPartsOverlap = 250,            // A voxel in several parts, where that is refused.
+  kFieldInvalid = 251,            // A field without name, kind or bounds, or a formula that can't be read.
   // 3xx: execution.
   kCancelled = 300,  // The caller cancelled, or its deadline passed.
   kInternal = 301,   // A broken invariant of ours: please report.

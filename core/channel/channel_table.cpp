@@ -38,7 +38,7 @@ void ChannelTable::require(const std::string& name, const std::string& field) co
 void ChannelTable::validate_sources() const {
   std::vector<ChannelRange> before(ranges_.begin(), ranges_.begin() + static_cast<std::ptrdiff_t>(of_solid_));
   for (std::size_t i = 0; i < sources_.size(); ++i) {
-    const std::string field = "sources[" + std::to_string(i) + "]";
+    const std::string field = "fields[" + std::to_string(i) + "]";
     const std::string& name = sources_[i]->range().name;
     if (std::ranges::find(before, name, &ChannelRange::name) != before.end()) {
       throw Error(ErrorCode::kChannelRepeated,

@@ -35,7 +35,7 @@ class ChannelTable {
   Channel at(std::string_view name) const { return *find(name); }
   /// Throws Error{kChannelUnknown} of this field: what there is, and what may be meant.
   void require(const std::string& name, const std::string& field) const;
-  /// Throws Error{kChannelRepeated, kChannelUnknown} of fields "sources[i]" where sources have the name of another
+  /// Throws Error{kChannelRepeated, kChannelUnknown} of fields "fields[i]" where sources have the name of another
   /// channel, or read one that doesn't come before them.
   void validate_sources() const;
 

@@ -144,6 +144,11 @@ void ContonePlane::clear(std::uint32_t width, std::uint32_t height, const Cancel
   }
 }
 
+void ContonePlane::clear_run(std::size_t index, std::uint32_t count) noexcept {
+  const std::size_t size = bytes_per_sample(type_);
+  fill_samples(std::span(samples_).subspan(size * index, size * count), std::span(outside_).first(size));
+}
+
 void ContonePlane::set(std::size_t index, std::span<const double> channel_values) noexcept {
   if (channel_) set_value(index, channel_values[*channel_]);
 }

@@ -43,6 +43,8 @@ class ContonePlane {
   void resize(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel = {});
   /// The same, and all samples are as outside.
   void clear(std::uint32_t width, std::uint32_t height, const CancellationToken& cancel = {});
+  /// Sets `count` samples from `index` on to what they are outside.
+  void clear_run(std::size_t index, std::uint32_t count) noexcept;
   /// Sets voxel `index` (width * y + x) from the values of all of the solid's channels. Nothing if it isn't of one.
   void set(std::size_t index, std::span<const double> channel_values) noexcept;
   /// The same of `count` voxels from `index` on, `channel_count` values a voxel.

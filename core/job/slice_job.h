@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -36,6 +37,7 @@ struct SliceJob {
   std::optional<VoxelBox> region;  // What is delivered. DEFAULT: all of the grid.
   PictureOrder order;              // For pictures only: indices, contours and counts stay those of the grid.
   ChannelSources sources;          // Of channels besides the solid's own.
+  std::optional<std::string> cut;  // A channel: voxels inside where it is above 1/2 are background.
   std::vector<PlaneSpec> planes;
   std::optional<Printing> printing;      // REQUIRED by planes of materials.
   bool contours = false;                 // Deliver the polylines too.
@@ -57,6 +59,7 @@ bool shows_cell_regions(const SliceJob& job);
 /// Counts of the region's voxels. Where parts overlap, those of channels and maps count a voxel once for each part.
 struct LayerStats {
   std::uint64_t voxels_inside = 0;
+  std::uint64_t voxels_cut = 0;           // Of the solid, that SliceJob::cut leaves out.
   std::uint64_t voxels_covered = 0;       // Of parts, that belong to another part: once for each.
   std::uint64_t voxels_coherent = 0;      // Inverted from a neighbour's parameter.
   std::uint64_t voxels_full = 0;          // Inverted by the whole candidate search.

@@ -236,6 +236,7 @@ void validate_job(const SolidSummary& summary, const SliceJob& job, const SliceL
   }
   const ChannelTable channels(summary.channels, job.sources);
   channels.validate_sources();
+  if (job.cut) channels.require(*job.cut, "cut");
   if (job.printing) validate_printing(*job.printing, summary, job.sources);
   for (std::size_t i = 0; i < job.planes.size(); ++i) {
     PlaneCheck(job.planes[i], "planes[" + std::to_string(i) + "]").run(summary, channels, job.printing);

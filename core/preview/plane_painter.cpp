@@ -20,6 +20,7 @@
 #include "core/raster/occupancy.h"
 #include "core/raster/region_runs.h"
 #include "core/slicer/channel_tolerances.h"
+#include "core/slicer/cut.h"
 #include "core/slicer/part_planes.h"
 
 namespace ccslice {
@@ -36,6 +37,7 @@ SliceJob layer_job(const PreviewJob& job, const PreviewPlane& plane, PreviewStag
   layer.placement = under_plane(plane, job.placement);
   layer.grid = grid_of(plane);
   layer.sources = job.sources;
+  layer.cut = job.cut;
   layer.contour_tolerance_mm =
       std::clamp((full ? kFullContour : kCoarseContour) * std::min(plane.across_mm, plane.up_mm),
                  limits.min_contour_tolerance_mm, limits.max_contour_tolerance_mm);
@@ -210,11 +212,17 @@ PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage st
   const SliceJob layer = layer_job(job, plane, stage);
   lay_under(job.placement, layer, cancel);
   const Contours contours = trace(layer, cancel);
-  const std::vector<VoxelRun> spans = rasterize(contours, layer.grid.lattice(), {}, cancel);
+  std::vector<VoxelRun> spans = rasterize(contours, layer.grid.lattice(), {}, cancel);
   std::vector<RegionRun> regions;
   if (job.show.content != PreviewContent::kOccupancy) regions = regions_of(layer, contours, spans, cancel);
   PartPlanes planes(layer, solid_->summary());
   evaluate(layer, frame_of(plane), spans, regions, stage, planes, cancel);
+  if (layer.cut) {
+    const LayerWindow window = window_of(layer.grid.lattice());
+    cut_runs(planes.cut(), window, spans,
+             [&](const VoxelRun& run) { planes.clear_run(window.index(run.begin, run.row), run.end - run.begin); });
+    cut_runs(planes.cut(), window, regions, [](const VoxelRun&) {});
+  }
   std::vector<SampleImage> values;
   const bool shows_channel = job.show.content == PreviewContent::kChannel;
   for (const ContonePlane& channel : shows_channel ? planes.shown() : planes.mixed()) values.push_back(channel.image());

@@ -53,7 +53,8 @@ struct PreviewColours {
 struct PreviewJob {
   Placement placement = Placement::Identity();
   PreviewPlane plane;
-  ChannelSources sources;  // Of channels besides the solid's own.
+  ChannelSources sources;          // Of channels besides the solid's own.
+  std::optional<std::string> cut;  // As in SliceJob.
   PreviewColours show;
   std::optional<Grid> voxels;  // REQUIRED by kHalftone: the grid of the job that prints.
   bool contours = false;       // Give the outlines too, drawn or not.

@@ -104,6 +104,7 @@ void LayerComposer::add_contours(std::uint32_t part, const PaintedPart& painted)
 void LayerComposer::add_stats(const PaintedPart& painted) {
   LayerStats& all = layer_.stats;
   const LayerStats& of = painted.stats;
+  all.voxels_cut += of.voxels_cut;
   all.voxels_coherent += of.voxels_coherent;
   all.voxels_full += of.voxels_full;
   all.voxels_interpolated += of.voxels_interpolated;

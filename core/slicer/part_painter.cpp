@@ -16,6 +16,7 @@
 #include "core/interpolation/tiles/tile_trials.h"
 #include "core/raster/occupancy.h"
 #include "core/slicer/channel_tolerances.h"
+#include "core/slicer/cut.h"
 #include "core/slicer/halftone_pass.h"
 #include "core/slicer/layer_scope.h"
 #include "core/slicer/part_planes.h"
@@ -46,6 +47,7 @@ struct PartPainter::State {
   std::uint32_t slab_first = 0;
   std::vector<std::optional<PartShape>> slab;  // Those of its layers that were met.
   PartShape own;                               // That of the layer at hand, if there are no slabs.
+  PartShape uncut;                             // What the job leaves of it, if it cuts.
   std::unique_ptr<State> whole;                // For layers of a region that need others of their voxels.
 
   State(std::shared_ptr<const Shared> the_shared, const LayerScope& the_scope)
@@ -155,6 +157,22 @@ struct PartPainter::State {
     return outcome;
   }
 
+  /// Leaves out what the job cuts.
+  void cut(PaintedPart& part) {
+    if (!job.cut) return;
+    uncut = *part.shape;
+    std::uint64_t voxels = 0;
+    cut_runs(planes.cut(), part.window, uncut.spans, [&](const VoxelRun& run) {
+      planes.clear_run(part.window.index(run.begin, run.row), run.end - run.begin);
+      const VoxelRun counted = scope.region.clipped(run);
+      voxels += counted.end - counted.begin;
+    });
+    cut_runs(planes.cut(), part.window, uncut.regions, [](const VoxelRun&) {});
+    part.shape = &uncut;
+    part.stats.voxels_inside -= voxels;
+    part.stats.voxels_cut = voxels;
+  }
+
   void choose_materials(std::uint32_t layer, PaintedPart& part, const CancellationToken& cancel) {
     if (!halftone) return;
     const HalftonePass::Place place{lattice, layer, job.grid.layer_z_mm(layer), part.window, scope.region};
@@ -188,6 +206,7 @@ struct PartPainter::State {
       if (!whole) whole = std::make_unique<State>(shared, whole_scope(job));
       return whole->paint(layer, cancel);
     }
+    cut(part);
     choose_materials(layer, part, cancel);
     return part;
   }

@@ -54,12 +54,17 @@ std::vector<PlaneSpec> mixed_channels(const SliceJob& job) {
   return planes;
 }
 
+std::vector<PlaneSpec> cut_channels(const SliceJob& job) {
+  return job.cut ? std::vector{float_plane(*job.cut)} : std::vector<PlaneSpec>();
+}
+
 std::vector<const ChannelSource*> used_sources(const SliceJob& job) {
   std::vector<const ChannelSource*> used;
   if (job.sources.empty()) return used;
   std::vector<std::string> wanted;
   for (const PlaneSpec& plane : shown_channels(job)) wanted.push_back(plane.channel);
   for (const PlaneSpec& plane : mixed_channels(job)) wanted.push_back(plane.channel);
+  if (job.cut) wanted.push_back(*job.cut);
   for (std::size_t left = job.sources.size(); left > 0; --left) {
     const ChannelSource& source = *job.sources[left - 1];
     if (!contains(wanted, source.range().name)) continue;
@@ -83,7 +88,7 @@ std::vector<PlaneSpec> read_channels(const SliceJob& job) {
 
 std::vector<PlaneSpec> all_channels(const SliceJob& job) {
   std::vector<PlaneSpec> all = shown_channels(job);
-  for (const std::vector<PlaneSpec>& more : {mixed_channels(job), read_channels(job)}) {
+  for (const std::vector<PlaneSpec>& more : {mixed_channels(job), cut_channels(job), read_channels(job)}) {
     all.insert(all.end(), more.begin(), more.end());
   }
   return all;

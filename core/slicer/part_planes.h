@@ -32,13 +32,17 @@ std::vector<PlaneSpec> shown_channels(const SliceJob& job);
 /// The planes that halftoning reads: the channels of the material map, in its order, as floats.
 std::vector<PlaneSpec> mixed_channels(const SliceJob& job);
 
-/// The job's sources whose channels are shown, mixed, or read by others of these, each after those that it reads.
+/// The plane that tells what is cut, as floats, if something is.
+std::vector<PlaneSpec> cut_channels(const SliceJob& job);
+
+/// The job's sources whose channels are shown, mixed, cut by, or read by others of these: each after those that it
+/// reads.
 std::vector<const ChannelSource*> used_sources(const SliceJob& job);
 
 /// The planes that used_sources() read: each of their inputs once, as floats.
 std::vector<PlaneSpec> read_channels(const SliceJob& job);
 
-/// shown_channels(), mixed_channels() and read_channels().
+/// shown_channels(), mixed_channels(), cut_channels() and read_channels().
 std::vector<PlaneSpec> all_channels(const SliceJob& job);
 
 /// One thread. Memory is kept from layer to layer.
@@ -51,6 +55,12 @@ class PartPlanes {
   std::span<ContonePlane> channels() { return contone_; }
   std::span<const ContonePlane> shown() const { return std::span(contone_).first(shown_); }
   std::span<const ContonePlane> mixed() const { return std::span(contone_).subspan(shown_, mixed_); }
+  /// That of cut_channels(). REQUIRES: there is one.
+  const ContonePlane& cut() const { return contone_[shown_ + mixed_]; }
+  /// Sets samples that are shown to what they are outside, `count` from `index` on.
+  void clear_run(std::size_t index, std::uint32_t count) {
+    for (std::size_t p = 0; p < shown_; ++p) contone_[p].clear_run(index, count);
+  }
   /// Some are of the solid's own channels.
   bool need_solid() const {
     return std::ranges::any_of(contone_, [](const ContonePlane& plane) { return plane.channel().has_value(); });

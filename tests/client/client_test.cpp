@@ -40,6 +40,12 @@ class ClientTest : public testing::Test {
     return indices;
   }
 
+  v1::ProbePointsRequest setting() const {
+    v1::ProbePointsRequest setting;
+    setting.set_mesh_id(mesh_->id());
+    return setting;
+  }
+
   static std::vector<std::uint32_t> range(std::uint32_t first, std::uint32_t count) {
     std::vector<std::uint32_t> indices(count);
     std::iota(indices.begin(), indices.end(), first);
@@ -504,7 +510,7 @@ TEST_F(ClientTest, ProbesMorePointsThanItHolds) {
   client_.ensure_uploaded(mesh_);
   CountedPoints points;
   points.count = 200'000;
-  client_.probe(mesh_->id(), {}, points.next, points.take);
+  client_.probe(setting(), points.next, points.take);
   points.expect_all_answered();
   EXPECT_LE(points.most_waiting, 8u * 4096) << "some batches are asked for ahead";
   EXPECT_GT(points.most_waiting, 4096u);
@@ -519,7 +525,7 @@ TEST_F(ClientTest, GoesOnProbingWhereAStreamBroke) {
   };
   CountedPoints points;
   points.count = 60'000;
-  client_.probe(mesh_->id(), {}, points.next, points.take, {.retry = RetryPolicy{.first_pause = milliseconds(1)}});
+  client_.probe(setting(), points.next, points.take, {.retry = RetryPolicy{.first_pause = milliseconds(1)}});
   points.expect_all_answered();
   EXPECT_LT(std::accumulate(server_.probed_points.begin(), server_.probed_points.end(), 0), 2 * 60'000)
       << "not from the start each time";
@@ -533,7 +539,7 @@ TEST_F(ClientTest, AnswersWhatCameBeforeTheSourceFailed) {
     if (points.given == points.count) throw std::runtime_error("line 10001: not a number");
     return points.next(most);
   };
-  EXPECT_THROW(client_.probe(mesh_->id(), {}, fails, points.take), std::runtime_error);
+  EXPECT_THROW(client_.probe(setting(), fails, points.take), std::runtime_error);
   points.expect_all_answered();
 }
 
@@ -544,7 +550,7 @@ TEST_F(ClientTest, StopsProbingWhenNobodyTakesTheAnswers) {
   const PointAnswers fails = [](std::span<const double>, const v1::ProbePointsResponse&) {
     throw std::runtime_error("the disk is full");
   };
-  EXPECT_THROW(client_.probe(mesh_->id(), {}, points.next, fails), std::runtime_error);
+  EXPECT_THROW(client_.probe(setting(), points.next, fails), std::runtime_error);
   EXPECT_LE(points.given, 10u * 4096);
 }
 
@@ -555,7 +561,7 @@ TEST_F(ClientTest, EndsProbingWithAFailureThatWontPass) {
   };
   CountedPoints points;
   points.count = 5'000;
-  EXPECT_EQ(error_of([&] { client_.probe(mesh_->id(), {}, points.next, points.take); }).code(),
+  EXPECT_EQ(error_of([&] { client_.probe(setting(), points.next, points.take); }).code(),
             grpc::StatusCode::OUT_OF_RANGE);
   EXPECT_EQ(points.answered.size(), 4096u);
 }

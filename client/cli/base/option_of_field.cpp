@@ -15,7 +15,7 @@ struct FieldOption {
 };
 
 /// The first row that fits counts.
-constexpr std::array<FieldOption, 44> kOptions = {{
+constexpr std::array<FieldOption, 46> kOptions = {{
     {"printer", "--printer"},
     {"grid.pitch", "--pitch"},
     {"grid.extent", "--extent"},
@@ -36,6 +36,8 @@ constexpr std::array<FieldOption, 44> kOptions = {{
     {"planes[].cell_regions", "--cell-regions"},
     {"planes[].encoding", "--encoding"},
     {"planes", "--channel"},
+    {"fields", "--field"},
+    {"cut", "--cut-where"},
     {"printing.materials", "--material"},
     {"printing.map", "--map"},
     {"printing.cell_region_maps", "--map region:..."},

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/cli/base/console.h"
@@ -16,6 +17,7 @@
 #include "client/cli/commands/commands.h"
 #include "client/cli/meshes/mesh_convert.h"
 #include "client/cli/meshes/mesh_source.h"
+#include "client/cli/options/fields.h"
 #include "client/cli/options/placement.h"
 #include "client/cli/output/point_file.h"
 #include "core/base/echo.h"
@@ -27,6 +29,7 @@ namespace {
 struct ProbeOptions {
   MeshOptions mesh;
   PlacementOptions placement;
+  FieldOptions fields;
   std::vector<std::string> at;
   std::string points_file;
 };
@@ -77,15 +80,17 @@ const char* name_of(v1::PointLocation location) {
 struct AnswerInBatch {
   const v1::ProbePointsResponse& batch;
   int index;
-  int channels;
+  std::size_t channels;
 
   bool outside() const { return batch.locations(index) == v1::POINT_LOCATION_OUTSIDE; }
   double uvw(int i) const { return batch.uvw(3 * index + i); }
-  double value(int channel) const { return batch.channel_values(index * channels + channel); }
+  double value(std::size_t channel) const {
+    return batch.channel_values(static_cast<int>(static_cast<std::size_t>(index) * channels + channel));
+  }
 };
 
-v1::PointAnswer document_of_answer(const double* point, const AnswerInBatch& answer, const v1::MeshSummary& mesh,
-                                   const FileNumbers* numbers) {
+v1::PointAnswer document_of_answer(const double* point, const AnswerInBatch& answer,
+                                   const std::vector<std::string>& channels, const FileNumbers* numbers) {
   v1::PointAnswer document;
   *document.mutable_point_mm() = to_proto(Vec3(point[0], point[1], point[2]));
   document.set_location(name_of(answer.batch.locations(answer.index)));
@@ -96,13 +101,13 @@ v1::PointAnswer document_of_answer(const double* point, const AnswerInBatch& ans
   if (numbers != nullptr) document.set_file_cell(file_cell(*numbers, cell));
   for (int i = 0; i < 3; ++i) document.add_uvw(answer.uvw(i));
   document.set_residual_mm(answer.batch.residuals_mm(answer.index));
-  for (int i = 0; i < mesh.channels_size(); ++i) {
-    (*document.mutable_channel_values())[mesh.channels(i).name()] = answer.value(i);
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    (*document.mutable_channel_values())[channels[i]] = answer.value(i);
   }
   return document;
 }
 
-std::string as_text(const double* point, const AnswerInBatch& answer, const v1::MeshSummary& mesh,
+std::string as_text(const double* point, const AnswerInBatch& answer, const std::vector<std::string>& channels,
                     const FileNumbers* numbers) {
   std::string text = "(" + show_number(point[0]) + ", " + show_number(point[1]) + ", " + show_number(point[2]) + ") " +
                      name_of(answer.batch.locations(answer.index));
@@ -112,8 +117,8 @@ std::string as_text(const double* point, const AnswerInBatch& answer, const v1::
                              : ", cell " + std::to_string(cell);
   text +=
       " (" + show_number(answer.uvw(0)) + ", " + show_number(answer.uvw(1)) + ", " + show_number(answer.uvw(2)) + ")";
-  for (int i = 0; i < mesh.channels_size(); ++i) {
-    text += ", " + echoed(mesh.channels(i).name()) + " " + show_number(answer.value(i));
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    text += ", " + echoed(channels[i]) + " " + show_number(answer.value(i));
   }
   return text;
 }
@@ -121,19 +126,19 @@ std::string as_text(const double* point, const AnswerInBatch& answer, const v1::
 /// Prints answers as they come. JSON is one array.
 class AnswerPrinter {
  public:
-  /// `numbers`: of the file that the mesh came from, or null.
-  AnswerPrinter(const v1::MeshSummary& mesh, const FileNumbers* numbers, bool json)
-      : mesh_(mesh), numbers_(numbers), json_(json) {}
+  /// `channels`: names of the mesh's, then of the fields. `numbers`: of the file that the mesh came from, or null.
+  AnswerPrinter(std::vector<std::string> channels, const FileNumbers* numbers, bool json)
+      : channels_(std::move(channels)), numbers_(numbers), json_(json) {}
 
   void print(std::span<const double> points, const v1::ProbePointsResponse& batch) {
     for (int i = 0; i < batch.locations_size(); ++i) {
       const double* point = &points[3 * static_cast<std::size_t>(i)];
-      const AnswerInBatch answer{batch, i, mesh_.channels_size()};
+      const AnswerInBatch answer{batch, i, channels_.size()};
       if (!json_) {
-        print_line(as_text(point, answer, mesh_, numbers_));
+        print_line(as_text(point, answer, channels_, numbers_));
         continue;
       }
-      print_part((printed_++ == 0 ? "[" : ",") + json_of(document_of_answer(point, answer, mesh_, numbers_)));
+      print_part((printed_++ == 0 ? "[" : ",") + json_of(document_of_answer(point, answer, channels_, numbers_)));
     }
   }
 
@@ -147,7 +152,7 @@ class AnswerPrinter {
   }
 
  private:
-  const v1::MeshSummary& mesh_;
+  const std::vector<std::string> channels_;
   const FileNumbers* const numbers_;
   const bool json_;
   std::uint64_t printed_ = 0;
@@ -155,14 +160,19 @@ class AnswerPrinter {
 
 void run_probe(Session& session, const ProbeOptions& options) {
   Points points(options);
-  const v1::Placement placement = parse_placement(options.placement);
-  const std::string id = ensure_on_server(session, options.mesh, options.placement);
-  const v1::MeshSummary mesh = session.client().mesh_summary(id, session.call());
+  v1::ProbePointsRequest setting;
+  *setting.mutable_placement() = parse_placement(options.placement);
+  for (v1::Field& field : parse_fields(options.fields)) *setting.add_fields() = std::move(field);
+  setting.set_mesh_id(ensure_on_server(session, options.mesh, options.placement));
+  const v1::MeshSummary mesh = session.client().mesh_summary(setting.mesh_id(), session.call());
+  std::vector<std::string> channels;
+  for (const v1::Channel& channel : mesh.channels()) channels.push_back(channel.name());
+  for (const v1::Field& field : setting.fields()) channels.push_back(field.name());
   const std::optional<FileNumbers>& numbers = session.file_numbers();
-  AnswerPrinter printer(mesh, numbers ? &*numbers : nullptr, session.options().json);
+  AnswerPrinter printer(std::move(channels), numbers ? &*numbers : nullptr, session.options().json);
   try {
     session.client().probe(
-        id, placement, [&](std::size_t most_points) { return points.next(most_points); },
+        setting, [&](std::size_t most_points) { return points.next(most_points); },
         [&](std::span<const double> asked, const v1::ProbePointsResponse& batch) { printer.print(asked, batch); },
         session.call());
   } catch (...) {
@@ -182,6 +192,7 @@ Command add_probe(CLI::App& parent, CommonOptions& common) {
   app->add_option("--points", options->points_file,
                   "A file of points, x y z or x,y,z on each line, in any number: answers are printed as they come");
   add_placement_options(*app, options->placement);
+  add_field_options(*app, options->fields);
   add_server_options(*app, common);
   app->footer(
       "Examples:\n  ccslice probe ring.ccmesh --at 34,0,8 --at 0,0,0\n  ccslice probe part.vtk --grade "

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "client/cli/base/console.h"
 #include "client/cli/base/text_values.h"
@@ -106,6 +107,8 @@ void add_placed_job_options(CLI::App& app, JobOptions& options, CommonOptions& c
   said_in_files(app, options, [&] {
     add_grid_options(app, options.grid);
     add_placement_options(app, options.placement);
+    add_field_options(app, options.fields);
+    add_cut_option(app, options.fields);
     add_printing_options(app, options.printing);
   });
   options.said_in_files.push_back(app.get_option("--at"));
@@ -143,11 +146,17 @@ v1::SliceJob parts_of(const JobOptions& options) {
   return job;
 }
 
+void add_fields(const JobOptions& options, v1::SliceJob& job) {
+  for (v1::Field& field : parse_fields(options.fields)) *job.add_fields() = std::move(field);
+  job.set_cut(cut_of(options.fields));
+}
+
 v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {
   if (!options.file.empty()) return job_of_file(options);
   if (options.mesh.mesh.empty()) throw UsageError("say what to slice: MESH, or a file with --job");
   if (options.software == "grabcad") fit_to_grabcad(options.layout, options.planes);
   v1::SliceJob job = parse_job(options.grid, options.placement, options.printing);
+  add_fields(options, job);
   place_parts(options.mesh.mesh, options.parts, job);
   *job.mutable_layout() = parse_layout(options.layout);
   const v1::Printing* const printing = job.has_printing() ? &job.printing() : nullptr;

@@ -14,6 +14,7 @@
 #include "ccslice/v1/plan.pb.h"
 #include "client/cli/meshes/mesh_source.h"
 #include "client/cli/meshes/numbering.h"
+#include "client/cli/options/fields.h"
 #include "client/cli/options/job.h"
 #include "client/cli/options/part_places.h"
 #include "client/cli/options/placement.h"
@@ -30,6 +31,7 @@ struct JobOptions {
   GridOptions grid;
   PlaneOptions planes;
   LayoutOptions layout;
+  FieldOptions fields;
   PrintingOptions printing;
   std::optional<double> smallest_feature_mm = std::nullopt;
   std::string software;  // Empty, or "grabcad".
@@ -40,7 +42,7 @@ struct JobOptions {
 
 /// Options of the parts, where they go, and --job. A file with a job may also stand where MESH does.
 void add_part_job_options(CLI::App& app, JobOptions& options, CommonOptions& common);
-/// Options of the parts, where they go, the grid and the printing, and --job.
+/// Options of the parts, where they go, the grid, the fields and the printing, and --job.
 void add_placed_job_options(CLI::App& app, JobOptions& options, CommonOptions& common);
 /// Those, and what is to be known of the layers.
 void add_job_options(CLI::App& app, JobOptions& options, CommonOptions& common);
@@ -50,6 +52,8 @@ void add_layer_options(CLI::App& app, JobOptions& options);
 
 /// The parts in their places and nothing else, unless a file says the job. Throws UsageError.
 v1::SliceJob parts_of(const JobOptions& options);
+/// Adds the fields that options name, and what they cut.
+void add_fields(const JobOptions& options, v1::SliceJob& job);
 /// The job. Where options say it, without the ids of meshes, which put_on_server() gives it. Throws UsageError.
 v1::SliceJob job_of(JobOptions options, const ContourFiles& contours);
 

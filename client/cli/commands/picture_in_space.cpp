@@ -18,6 +18,7 @@
 #include "client/cli/pictures/legend.h"
 #include "client/cli/pictures/png_file.h"
 #include "client/cli/pictures/voxel_block.h"
+#include "client/cli/pictures/voxel_surface.h"
 #include "client/client_error.h"
 
 namespace ccslice::cli {
@@ -100,13 +101,22 @@ void ask_for_all_layers(Session& session, v1::SliceRangeRequest& request) {
 void check_space_options(const PictureOptions& options) { parse_view(options); }
 
 DrawnPicture draw_in_space(Session& session, const PictureOptions& options, const v1::SliceJob& job) {
-  const CutView view = parse_view(options);
+  CutView view = parse_view(options);
   const v1::Part& part = job.parts(0);
   const v1::Box3 box = part_box(session, part.mesh_id(), part.placements(0));
   v1::SliceRangeRequest request = block_request(job, box, options);
   ask_for_all_layers(session, request);
   const VoxelBlock block = slice_block(session, request, "slicing");
-  Picture picture = draw_cut_view(picture_surface(session, part, box, view.width), block, view);
+  client::Surface surface;
+  if (job.cut().empty()) {
+    surface = picture_surface(session, part, box, view.width);
+  } else {
+    constexpr double kVoxelCreaseDeg = 60;  // Voxels are steps, however smooth the part is.
+    surface = voxel_surface(block);
+    view.crease_deg = kVoxelCreaseDeg;
+    if (surface.triangles.empty()) throw UsageError("--cut-where leaves no voxel of the part; cut less of it");
+  }
+  Picture picture = draw_cut_view(surface, block, view);
   if (!options.no_legend) picture = with_legend(std::move(picture), block.legend, legend_scale(view.width));
   return {to_png(picture), static_cast<std::uint32_t>(picture.width), static_cast<std::uint32_t>(picture.height)};
 }

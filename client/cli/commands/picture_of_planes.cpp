@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -80,17 +81,6 @@ void draw(const client::PreviewPicture& preview, int left, int top, Picture& pic
   }
 }
 
-/// The range of all pictures of a sweep is one, or colours would change their meaning from one to the next.
-void fix_range(Session& session, const PictureOptions& options, v1::PreviewRequest& request) {
-  if (!request.content().has_channel() || request.content().channel().has_range()) return;
-  const v1::MeshSummary mesh = session.client().mesh_summary(request.mesh_id(), session.call());
-  for (const v1::Channel& channel : mesh.channels()) {
-    if (channel.name() != options.channel || !(channel.min_value() < channel.max_value())) continue;
-    request.mutable_content()->mutable_channel()->mutable_range()->set_min(channel.min_value());
-    request.mutable_content()->mutable_channel()->mutable_range()->set_max(channel.max_value());
-  }
-}
-
 /// Sends a request for each of the planes, and calls take(i, picture) as their pictures come. Each waits for the one
 /// before: a newer request would put an older one aside.
 template <typename Take>
@@ -108,6 +98,33 @@ void for_planes(Session& session, v1::PreviewRequest request, const std::vector<
   stream.done();
 }
 
+void set_range(double min, double max, v1::PreviewRequest& request) {
+  if (!(min < max)) return;
+  request.mutable_content()->mutable_channel()->mutable_range()->set_min(min);
+  request.mutable_content()->mutable_channel()->mutable_range()->set_max(max);
+}
+
+/// The range of all pictures of a sweep is one, or colours would change their meaning from one to the next: that of the
+/// mesh's channel, or what small pictures show of a field.
+void fix_range(Session& session, const PictureOptions& options, const std::vector<CutPlane>& planes,
+               const v1::Box3& box, v1::PreviewRequest& request) {
+  if (!request.content().has_channel() || request.content().channel().has_range()) return;
+  const v1::MeshSummary mesh = session.client().mesh_summary(request.mesh_id(), session.call());
+  for (const v1::Channel& channel : mesh.channels()) {
+    if (channel.name() == options.channel) return set_range(channel.min_value(), channel.max_value(), request);
+  }
+  constexpr std::uint32_t kPixels = 64;
+  std::vector<FramedCut> small;
+  for (const CutPlane& plane : planes) small.push_back(frame_cut(plane, box, kPixels));
+  double min = std::numeric_limits<double>::infinity(), max = -min;
+  for_planes(session, request, small, [&](std::size_t, const client::PreviewPicture& picture) {
+    if (!picture.header.has_range()) return;
+    min = std::min(min, picture.header.range().min());
+    max = std::max(max, picture.header.range().max());
+  });
+  set_range(min, max, request);
+}
+
 std::string sweep_of(Session& session, const PictureOptions& options, v1::PreviewRequest request, const v1::Box3& box) {
   const CutPlane plane = parse_cut_plane(options.plane.empty() ? "z=0" : options.plane);
   const int count = static_cast<int>(options.sweep);
@@ -115,15 +132,14 @@ std::string sweep_of(Session& session, const PictureOptions& options, v1::Previe
   const SheetLayout layout = lay_out_sheet(count, whole.width, whole.height);
   const auto longer = static_cast<std::uint32_t>(std::max(layout.tile_width, layout.tile_height));
   const std::uint32_t pixels = options.animate ? options.pixels() : std::clamp(longer, 16u, kMostPicturePixels);
+  std::vector<CutPlane> cuts;
   std::vector<FramedCut> planes;
-  std::vector<double> heights;
   for (int i = 0; i < count; ++i) {
-    const CutPlane moved = moved_to(plane, box, (i + 0.5) / count);
-    planes.push_back(frame_cut(moved, box, pixels));
-    heights.push_back(height_of(moved));
+    cuts.push_back(moved_to(plane, box, (i + 0.5) / count));
+    planes.push_back(frame_cut(cuts.back(), box, pixels));
   }
-  fix_range(session, options, request);
   request.set_encoding(v1::PREVIEW_ENCODING_RGBA);
+  fix_range(session, options, cuts, box, request);
   if (options.animate) {
     std::vector<std::string> frames;
     PngEncoder encoder;
@@ -143,7 +159,7 @@ std::string sweep_of(Session& session, const PictureOptions& options, v1::Previe
     const int left = kGap + static_cast<int>(i) % layout.columns * (width + kGap);
     const int top = kGap + static_cast<int>(i) / layout.columns * (height + kCaption + kGap);
     draw(picture, left, top, sheet);
-    draw_text(show_number(heights[i]) + " mm", left, top + height + 4, sheet, 1);
+    draw_text(show_number(height_of(cuts[i])) + " mm", left, top + height + 4, sheet, 1);
   });
   return to_png(sheet);
 }
@@ -215,6 +231,7 @@ v1::SliceJob job_to_draw(const PictureOptions& options) {
   if (options.layer) return job_of(options.job, {});
   if (options.job.mesh.mesh.empty()) throw UsageError("say what to draw: MESH, or --layer of a file with --job");
   v1::SliceJob job = client::job_of("", parse_placement(options.job.placement));
+  add_fields(options.job, job);
   if (const auto printing = parse_printing(options.job.printing)) *job.mutable_printing() = *printing;
   return job;
 }
@@ -232,6 +249,8 @@ v1::PreviewRequest request_of(const PictureOptions& options, const v1::SliceJob&
   request.set_mesh_id(job.parts(0).mesh_id());
   *request.mutable_placement() = job.parts(0).placements(0);
   if (job.has_printing()) *request.mutable_printing() = job.printing();
+  *request.mutable_fields() = job.fields();
+  request.set_cut(job.cut());
   return request;
 }
 

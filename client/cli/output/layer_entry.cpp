@@ -24,6 +24,7 @@ client::SliceOutcome counts_of_entry(const v1::LayerEntry& layer) {
   counts.empty_layers = layer.empty() ? 1 : 0;
   counts.voxel_count = layer.voxel_count();
   counts.voxels_covered = layer.voxels_covered();
+  counts.voxels_cut = layer.voxels_cut();
   counts.voxels_interpolated = layer.voxels_interpolated();
   counts.voxels_unresolved = layer.voxels_unresolved();
   counts.voxels_repainted = layer.voxels_repainted();

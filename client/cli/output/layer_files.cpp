@@ -178,6 +178,7 @@ v1::LayerEntry LayerFiles::manifest_entry(const client::Layer& layer, const std:
   entry.set_voxel_count(layer.end.voxel_count());
   entry.set_empty(layer.end.empty());
   entry.set_voxels_covered(statistics.voxels_covered());
+  if (statistics.voxels_cut() > 0) entry.set_voxels_cut(statistics.voxels_cut());
   entry.set_voxels_coherent(statistics.voxels_coherent());
   entry.set_voxels_full(statistics.voxels_full());
   entry.set_voxels_interpolated(statistics.voxels_interpolated());

@@ -89,10 +89,14 @@ void count_voxels(const client::SliceOutcome& counts, v1::Manifest& manifest) {
   set_voxel_counts(counts, manifest);
   if (manifest.materials().empty()) return;
   set_misfit_counts(counts, manifest);
+  const auto& pitch_mm = manifest.grid().pitch_mm();
+  const double voxel_cm3 = pitch_mm.size() == 3 ? pitch_mm[0] * pitch_mm[1] * pitch_mm[2] / 1000 : 0;
   for (int m = 0; m < manifest.materials_size(); ++m) {
     const auto index = static_cast<std::size_t>(m);
     const bool counted = index < counts.material_voxels.size();
-    manifest.mutable_materials(m)->set_voxel_count(counted ? counts.material_voxels[index] : 0);
+    const std::uint64_t voxels = counted ? counts.material_voxels[index] : 0;
+    manifest.mutable_materials(m)->set_voxel_count(voxels);
+    manifest.mutable_materials(m)->set_volume_cm3(voxel_cm3 * static_cast<double>(voxels));
   }
 }
 

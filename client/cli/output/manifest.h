@@ -24,6 +24,7 @@ template <class Document>
 void set_voxel_counts(const client::SliceOutcome& counts, Document& document) {
   document.set_voxel_count(counts.voxel_count);
   document.set_voxels_covered(counts.voxels_covered);
+  if (counts.voxels_cut > 0) document.set_voxels_cut(counts.voxels_cut);
   document.set_voxels_interpolated(counts.voxels_interpolated);
   document.set_voxels_unresolved(counts.voxels_unresolved);
   document.set_voxels_repainted(counts.voxels_repainted);

@@ -3,6 +3,11 @@
 
 #include "client/cli/output/slice_report.h"
 
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "client/cli/base/console.h"
@@ -13,6 +18,27 @@
 
 namespace ccslice::cli {
 namespace {
+
+double cm3_of(std::uint64_t voxels, const client::SliceOutcome& outcome) {
+  constexpr double kMm3 = 1000;
+  const v1::VoxelPitch& pitch = outcome.header.grid().pitch();
+  return static_cast<double>(voxels) * pitch.x_mm() * pitch.y_mm() * pitch.z_mm() / kMm3;
+}
+
+/// How much there is of each material.
+std::vector<v1::MaterialVoxels> materials_of(const client::SliceOutcome& outcome) {
+  std::vector<v1::MaterialVoxels> materials;
+  for (const v1::PrintMaterial& material : outcome.header.printing().materials()) {
+    if (materials.size() == outcome.material_voxels.size()) break;
+    const std::uint64_t voxels = outcome.material_voxels[materials.size()];
+    v1::MaterialVoxels& counted = materials.emplace_back();
+    counted.set_name(material.name());
+    counted.set_rgba(colour_text(material.rgba()));
+    counted.set_voxel_count(voxels);
+    counted.set_volume_cm3(cm3_of(voxels, outcome));
+  }
+  return materials;
+}
 
 v1::SlicedLayers sliced_document(const std::string& output, const PlannedJob& job, const SliceResult& result) {
   const client::SliceOutcome& outcome = result.outcome;
@@ -25,6 +51,7 @@ v1::SlicedLayers sliced_document(const std::string& output, const PlannedJob& jo
   document.set_empty_layers(outcome.empty_layers);
   set_voxel_counts(outcome, document);
   set_misfit_counts(outcome, document);
+  for (v1::MaterialVoxels& material : materials_of(outcome)) *document.add_materials() = std::move(material);
   document.set_written_bytes(result.written_bytes);
   document.set_seconds(result.seconds);
   if (!result.contact_sheet.empty()) document.set_contact_sheet(result.contact_sheet);
@@ -53,6 +80,23 @@ void warn_of_misfits(const client::SliceOutcome& outcome) {
   }
 }
 
+std::string show_cm3(double cm3) {
+  constexpr int kDigits = 4;
+  return number_text(cm3, kDigits) + " cm3";
+}
+
+std::string materials_text(const client::SliceOutcome& outcome) {
+  constexpr int kDigits = 3;
+  const double all = static_cast<double>(std::max<std::uint64_t>(1, outcome.voxel_count));
+  std::string text;
+  for (const v1::MaterialVoxels& material : materials_of(outcome)) {
+    const double percent = 100 * static_cast<double>(material.voxel_count()) / all;
+    text += (text.empty() ? "" : ", ") + echoed(material.name()) + " " + show_cm3(material.volume_cm3()) + " (" +
+            number_text(percent, kDigits) + " %)";
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string place_of(const std::string& output) { return output == "-" ? "standard output" : output; }
@@ -62,10 +106,15 @@ void report_sliced(const Session& session, const std::string& output, const Plan
   const client::SliceOutcome& outcome = result.outcome;
   if (session.options().json) return print_line(json_of(sliced_document(output, job, result)));
   const std::string said = show_count(outcome.layers, "layer") + ", " + show_count(outcome.voxel_count, "voxel") +
-                           " inside, " + show_bytes(result.written_bytes) + " in " + show_duration(result.seconds) +
+                           " inside, " + show_cm3(cm3_of(outcome.voxel_count, outcome)) + ", " +
+                           show_bytes(result.written_bytes) + " in " + show_duration(result.seconds) +
                            " -> " + place_of(output);
   if (output != "-") {
     print_line(said);
+    if (const std::string materials = materials_text(outcome); !materials.empty()) {
+      print_line("materials: " + materials);
+    }
+    if (outcome.voxels_cut > 0) print_line("cut out: " + show_cm3(cm3_of(outcome.voxels_cut, outcome)));
     if (!result.contact_sheet.empty()) print_line("contact sheet: " + result.contact_sheet);
     if (job.key.share) print_line(describe(*job.key.share) + "; ccslice join makes the job of all shares");
   } else if (!session.quiet()) {

@@ -12,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "client/cli/pictures/surface_normals.h"
 #include "client/cli/pictures/surface_raster.h"
 
 namespace ccslice::cli {
@@ -224,12 +223,13 @@ std::vector<float> surface_values(const client::Surface& surface, const Legend& 
 
 class Painter {
  public:
-  Painter(const client::Surface& surface, const VoxelBlock& block, const Camera& camera, double slack)
+  Painter(const client::Surface& surface, const VoxelBlock& block, const Camera& camera, const CutView& view,
+          double slack)
       : camera_(camera),
         surface_(surface),
         values_(surface_values(surface, block.legend)),
         raster_(projected(surface, camera), surface.triangles, slack),
-        normals_(surface.points_mm, surface.triangles),
+        normals_(surface.points_mm, surface.triangles, view.crease_deg),
         colours_(block),
         tinted_(!block.legend.empty()) {}
 
@@ -297,7 +297,7 @@ class Painter {
 Picture draw_cut_view(const client::Surface& surface, const VoxelBlock& block, const CutView& view) {
   const Box3 part = box_of(surface);
   const Camera camera(part, view);
-  const Painter painter(surface, block, camera, kSlack * part.diagonal().norm());
+  const Painter painter(surface, block, camera, view, kSlack * part.diagonal().norm());
   Picture picture = blank_picture(camera.width(), camera.height());
   for (int row = 0; row < picture.height; row += kBandRows) {
     painter.paint(row, std::min(row + kBandRows, picture.height), picture);

@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "client/cli/pictures/picture.h"
+#include "client/cli/pictures/surface_normals.h"
 #include "client/cli/pictures/voxel_block.h"
 #include "client/surface.h"
 
@@ -25,7 +26,8 @@ struct CutView {
   /// Planes across x, y and z, each at a fraction of the part's extent. What is on the viewer's side of all of them is
   /// cut away.
   std::array<std::optional<double>, 3> cut;
-  int width = 640;  // The width of the picture. Its height follows from the part.
+  int width = 640;                                 // The width of the picture. Its height follows from the part.
+  double crease_deg = SurfaceNormals::kCreaseDeg;  // Edges where the surface turns by more look sharp.
 };
 
 /// REQUIRES: the surface is closed and has a triangle, block.size > 0, view.width > 0.

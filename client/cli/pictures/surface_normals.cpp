@@ -11,8 +11,11 @@
 namespace ccslice::cli {
 
 SurfaceNormals::SurfaceNormals(std::span<const std::array<double, 3>> points,
-                               std::span<const std::array<std::uint32_t, 3>> triangles)
-    : triangles_(triangles), first_of_vertex_(points.size() + 1), of_vertex_(3 * triangles.size()) {
+                               std::span<const std::array<std::uint32_t, 3>> triangles, double crease_deg)
+    : triangles_(triangles),
+      least_cosine_(std::cos(crease_deg * std::numbers::pi / 180)),
+      first_of_vertex_(points.size() + 1),
+      of_vertex_(3 * triangles.size()) {
   const auto point = [&](std::uint32_t vertex) { return Vec3(points[vertex].data()); };
   for (const auto& [a, b, c] : triangles) {
     areas_.push_back((point(b) - point(a)).cross(point(c) - point(a)));
@@ -26,12 +29,11 @@ SurfaceNormals::SurfaceNormals(std::span<const std::array<double, 3>> points,
 }
 
 Vec3 SurfaceNormals::at_vertex(std::uint32_t triangle, std::uint32_t vertex) const {
-  static const double kLeastCosine = std::cos(kCreaseDeg * std::numbers::pi / 180);
   const Vec3& own = areas_[triangle];
   Vec3 sum = Vec3::Zero();
   for (std::uint32_t i = first_of_vertex_[vertex]; i < first_of_vertex_[vertex + 1]; ++i) {
     const Vec3& other = areas_[of_vertex_[i]];
-    if (other.dot(own) >= kLeastCosine * other.norm() * own.norm()) sum += other;
+    if (other.dot(own) >= least_cosine_ * other.norm() * own.norm()) sum += other;
   }
   return sum.normalized();
 }

@@ -22,6 +22,7 @@ except ImportError:
 from ._version import __version__
 from .client import Client
 from .errors import AnswerError, CallError, Error, LocalServerError
+from .fields import Field
 from .layers import Layer
 from .mesh import Mesh
 from .parts import Part
@@ -31,6 +32,6 @@ from .printing import Printing, blend, calibration, direct
 from .surface import Surface
 
 __all__ = [
-    "AnswerError", "CallError", "Client", "Error", "Evaluation", "Layer", "LocalServerError", "Mesh", "Part",
-    "Plane", "Preview", "Printing", "Probe", "Surface", "__version__", "blend", "calibration", "direct"
+    "AnswerError", "CallError", "Client", "Error", "Evaluation", "Field", "Layer", "LocalServerError", "Mesh",
+    "Part", "Plane", "Preview", "Printing", "Probe", "Surface", "__version__", "blend", "calibration", "direct"
 ]

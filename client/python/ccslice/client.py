@@ -15,6 +15,7 @@ import numpy as np
 from .arguments import floats, number_pair, pair, triple, whole_numbers
 from .connection import Calls, Identity, is_mesh_id, proxy_hint
 from .errors import AnswerError, CallError, call_error, require_answer
+from .fields import Fields, add_fields
 from .layers import Assembler, Layer
 from .local_server import LocalServer
 from .mesh import Mesh
@@ -249,6 +250,8 @@ class Client:
         layers: a range of them, counted in the grid, such as range(0, 10) for the first ten; default: all.
         channels: names, as float32; or {name: "uint8", "uint16" or "float32"}, integers over the channel's range.
         value_ranges: {channel: (low, high)} that integers stand for instead.
+        fields: {name: a formula, or a Field}, values that channels and printing then name like channels.
+        cut: name of a channel or field; voxels where it is above 0.5 are as outside the part.
         outside: what channels hold outside the part, an integer as it is stored or a float; default: 0.
         occupancy: whether to say which voxels are inside; default: if nothing else is asked for.
         printing: a Printing, for one material in each voxel. cell_regions: whether to say the cell region of each.
@@ -270,14 +273,15 @@ class Client:
         yield from self._slice_from(described, plan, layers, on_progress)
 
     def probe(self, mesh: Union[Mesh, str], points_mm: Any, *, placement: Any = None,
-              contour_tolerance_mm: Optional[float] = None) -> Probe:
-        """What is at points (n, 3), in the placed part's frame."""
+              contour_tolerance_mm: Optional[float] = None, fields: Optional[Fields] = None) -> Probe:
+        """What is at points (n, 3), in the placed part's frame: values of the mesh's channels, and of fields."""
         points = _points("points_mm", points_mm)
         mesh_id = self._mesh_id(mesh)
-        names = self._channel_names(mesh_id)
+        names = [*self._channel_names(mesh_id), *(fields or {})]
 
         def request(part: np.ndarray) -> points_pb2.ProbePointsRequest:
             message = points_pb2.ProbePointsRequest(mesh_id=mesh_id, points_mm=part.ravel().tolist())
+            add_fields(message, fields or {})
             _place(message, placement)
             if contour_tolerance_mm is not None:
                 message.contour_tolerance_mm = contour_tolerance_mm
@@ -331,7 +335,7 @@ class Client:
                 size: Tuple[int, int] = (512, 512), channel: Optional[str] = None, colours: str = "viridis",
                 value_range: Optional[Tuple[float, float]] = None, printing: Optional[Printing] = None,
                 placement: Any = None, coarse: bool = False, contours: bool = False, lines: Optional[float] = None,
-                every: bool = False) -> Iterator[Preview]:
+                every: bool = False, fields: Optional[Fields] = None, cut: str = "") -> Iterator[Preview]:
         """Pictures of cuts, as they come.
 
         planes: where to cut. They are taken as fast as they come, also while a picture is made; of those that come
@@ -339,6 +343,7 @@ class Client:
         size: width and height in pixels of mm_per_pixel.
         channel: shown through colours, "viridis", "cividis" or "grey", over value_range; default: that of the picture.
         printing: shown as the colour that its materials mix to. Neither: one colour where there is material.
+        fields, cut: as in slice().
         coarse: whether each picture comes at an eighth of the resolution first. contours: whether with outlines.
         lines: width in pixels of outlines drawn on top, 0.25 to 16; default: none.
 
@@ -353,8 +358,9 @@ class Client:
 
         def request(number: int, plane: Plane) -> preview_pb2.PreviewRequest:
             message = preview_pb2.PreviewRequest(number=number, plane=plane_message(plane, mm_per_pixel), width=width,
-                                                 height=height, content=content, coarse=coarse, contours=contours,
+                                                 height=height, content=content, coarse=coarse, contours=contours, cut=cut,
                                                  encoding=preview_pb2.PREVIEW_ENCODING_RGBA)
+            add_fields(message, fields or {})
             if number == 1:
                 message.mesh_id = mesh_id
                 _place(message, placement)
@@ -495,8 +501,9 @@ class Client:
              origin_mm: Any = None, extent: Any = None, box_mm: Any = None,
              contour_tolerance_mm: Optional[float] = None, channel_tolerance: Optional[float] = None,
              prove_channels: bool = False, outside: Optional[float] = None,
-             overlaps: str = "count") -> job_pb2.SliceJob:
-        job = job_pb2.SliceJob()
+             overlaps: str = "count", fields: Optional[Fields] = None, cut: str = "") -> job_pb2.SliceJob:
+        job = job_pb2.SliceJob(cut=cut)
+        add_fields(job, fields or {})
         if pitch is not None:
             size = job.grid.pitch
             size.x_mm, size.y_mm, size.z_mm = _triple("pitch", pitch)

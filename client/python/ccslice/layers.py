@@ -39,6 +39,7 @@ class Layer:
     voxels_scaled_up: int = 0  # Whose fractions of a direct map add up to less than 1.
     least_fraction_sum: float = 0.0  # Of these.
     voxels_covered: int = 0  # In several parts.
+    voxels_cut: int = 0  # Of parts, that the job cuts out.
 
 
 def _sample_bytes(spec: job_pb2.PlaneSpec, columns: int, rows: int) -> int:
@@ -160,7 +161,7 @@ class Assembler:
         layer = Layer(end.layer, begin.z_mm, end.voxel_count, None, {}, None, None,
                       [np.array(loop).reshape(-1, 2) for loop in self._loops], list(end.statistics.material_voxels),
                       self._loop_regions, end.statistics.voxels_off_map, end.statistics.voxels_scaled_up,
-                      end.statistics.least_fraction_sum, end.statistics.voxels_covered)
+                      end.statistics.least_fraction_sum, end.statistics.voxels_covered, end.statistics.voxels_cut)
         for spec, chunks, size, result in zip(self._header.planes, self._chunks, begin.encoded_bytes, end.planes):
             encoded = chunks[0] if len(chunks) == 1 else b"".join(chunks)
             require_answer(len(encoded) == size, "a plane shorter or longer than announced")

@@ -57,7 +57,7 @@ namespace ccslice::server {
 ///     void answer(const Setting&, const Request&, Response&, const CancellationToken&);      // Throws.
 ///     static constexpr std::uint64_t kBytes;                                                 // What it holds, about.
 ///     static std::size_t points(const Request&);
-///     static std::uint64_t answer_bytes(std::size_t points, std::size_t channels);
+///     static std::uint64_t answer_bytes(std::size_t points, std::size_t channels, const Setting&);
 ///
 /// An answer follows from its batch and its setting, whichever solver gives it.
 template <class Solver>
@@ -167,12 +167,12 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
   std::uint64_t within_half(std::uint64_t bytes) const { return std::min(bytes, state_.scratch.capacity_bytes() / 2); }
   std::size_t channels() const { return mesh_->solid()->channel_count(); }
   std::uint64_t largest_batch_bytes() const {
-    return within_half(Solver::answer_bytes(kMaxPointsPerMessage, channels()) + kMaxRequestBytes);
+    return within_half(Solver::answer_bytes(kMaxPointsPerMessage, channels(), setting_) + kMaxRequestBytes);
   }
   std::uint64_t bytes_of(const Batch& batch) const {
     if (!batch.is_accepted) return largest_batch_bytes();
     const std::size_t points = std::min<std::size_t>(Solver::points(batch.request), kMaxPointsPerMessage);
-    return within_half(Solver::answer_bytes(points, channels()) + batch.request.SpaceUsedLong());
+    return within_half(Solver::answer_bytes(points, channels(), batch.setting) + batch.request.SpaceUsedLong());
   }
 
   /// The first batch that isn't begun. Nothing, if one before it has failed: the call ends with that.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "core/limit/limit_evaluator.h"
 #include "server/rpc/calls/batch_call.h"
 #include "server/rpc/convert/convert.h"
+#include "server/rpc/convert/convert_fields.h"
 #include "server/service/base/limits.h"
 
 namespace ccslice::server {
@@ -44,7 +46,50 @@ void require_batch(int numbers, int points, const std::string& field) {
 /// Holds until a message sets it anew.
 struct ProbeSetting {
   Placement placement = Placement::Identity();
+  ChannelSources sources;
   double contour_tolerance_mm = SliceJob().contour_tolerance_mm;
+};
+
+/// Values of all channels at a point: the solid's, and those of the setting's sources.
+class ChannelValues {
+ public:
+  ChannelValues(const SolidSummary& solid, const ProbeSetting& setting)
+      : sources_(setting.sources),
+        mesh_of_world_(setting.placement.inverse(Eigen::Affine)),
+        of_solid_(solid.channels.size()) {
+    std::vector<std::string> names;
+    for (const ChannelRange& channel : solid.channels) names.push_back(channel.name);
+    for (const auto& source : sources_) {
+      std::vector<std::size_t>& read = inputs_.emplace_back();
+      for (const std::string& name : source->inputs()) {
+        read.push_back(static_cast<std::size_t>(std::ranges::find(names, name) - names.begin()));
+      }
+      names.push_back(source->range().name);
+    }
+  }
+
+  std::size_t count() const { return of_solid_ + sources_.size(); }
+
+  /// `values`: count() of them, the solid's first.
+  void set(const Vec3& world, std::span<const double> of_solid, std::span<double> values) const {
+    std::ranges::copy(of_solid, values.begin());
+    const SourceRow row{world, Vec3::Zero(), mesh_of_world_ * world, Vec3::Zero(), 0, 1};
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+      std::vector<float> inputs;
+      for (const std::size_t channel : inputs_[i]) inputs.push_back(static_cast<float>(values[channel]));
+      std::vector<std::span<const float>> of_point;
+      for (const float& input : inputs) of_point.emplace_back(&input, 1);
+      float value = 0;
+      sources_[i]->sample_row(row, of_point, {&value, 1});
+      values[of_solid_ + i] = value;
+    }
+  }
+
+ private:
+  const ChannelSources& sources_;
+  const Placement mesh_of_world_;
+  const std::size_t of_solid_;
+  std::vector<std::vector<std::size_t>> inputs_;  // By source: numbers of the channels that it reads.
 };
 
 /// Points are inverted as SliceRange inverts its voxels (point_probe.h), so that both give them the same values.
@@ -58,13 +103,18 @@ class ProbeSolver {
   explicit ProbeSolver(MeshPtr mesh) : mesh_(std::move(mesh)) {}
 
   static std::size_t points(const Request& request) { return static_cast<std::size_t>(request.points_mm_size()) / 3; }
-  static std::uint64_t answer_bytes(std::size_t points, std::size_t channels) {
-    return points * (3 * sizeof(std::int32_t) + (3 + channels + 1) * sizeof(double));
+  static std::uint64_t answer_bytes(std::size_t points, std::size_t channels, const Setting& setting) {
+    return points * (3 * sizeof(std::int32_t) + (3 + channels + setting.sources.size() + 1) * sizeof(double));
   }
 
   static void accept(const Request& request, const LimitSolid& solid, const SliceLimits& limits, Setting& setting) {
     if (request.has_placement()) {
       setting.placement = to_placement(request.placement(), solid.summary().bounding_box, limits);
+    }
+    if (!request.fields().empty()) {
+      const SolidSummary& summary = solid.summary();
+      setting.sources =
+          to_sources(request.fields(), summary, summary.bounding_box.transformed(Placement(setting.placement)));
     }
     if (!request.has_contour_tolerance_mm()) return;
     const double tolerance_mm = request.contour_tolerance_mm(), most_mm = limits.max_contour_tolerance_mm;
@@ -81,7 +131,8 @@ class ProbeSolver {
     require_batch(request.points_mm_size(), request.points_mm_size() / 3, "points_mm");
     take_points(request);
     use(setting);
-    const auto points = static_cast<int>(points_.size()), channels = static_cast<int>(solid().channel_count());
+    const ChannelValues values(solid().summary(), setting);
+    const auto points = static_cast<int>(points_.size()), channels = static_cast<int>(values.count());
     response.mutable_locations()->Resize(points, v1::POINT_LOCATION_OUTSIDE);
     response.mutable_limit_cells()->Resize(points, 0);
     response.mutable_control_cells()->Resize(points, 0);
@@ -90,6 +141,8 @@ class ProbeSolver {
     response.mutable_residuals_mm()->Resize(points, 0);
     const auto on_found = [&](std::size_t point, const ProbedPoint& found) {
       set(static_cast<int>(point), found, response);
+      values.set(points_[point], found.channels,
+                 {response.mutable_channel_values()->mutable_data() + point * values.count(), values.count()});
     };
     probe_->probe(points_, on_found, cancel);
   }
@@ -132,8 +185,6 @@ class ProbeSolver {
     response.set_limit_cells(point, found.at.cell);
     response.set_control_cells(point, solid().control_cell(found.at.cell));
     for (int axis = 0; axis < 3; ++axis) response.set_uvw(3 * point + axis, found.at.uvw[axis]);
-    std::ranges::copy(found.channels,
-                      response.mutable_channel_values()->begin() + point * static_cast<int>(found.channels.size()));
     response.set_residuals_mm(point, found.residual_mm);
   }
 
@@ -160,7 +211,7 @@ class EvaluateSolver {
       : mesh_(std::move(mesh)), evaluator_(*mesh_->solid()), values_(mesh_->solid()->channel_count()) {}
 
   static std::size_t points(const Request& request) { return static_cast<std::size_t>(request.limit_cells_size()); }
-  static std::uint64_t answer_bytes(std::size_t points, std::size_t channels) {
+  static std::uint64_t answer_bytes(std::size_t points, std::size_t channels, const Setting&) {
     return points * (3 + channels + 9) * sizeof(double);
   }
 

@@ -269,6 +269,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     summary_.set_voxels_unresolved(summary_.voxels_unresolved() + layer.stats.voxels_unresolved);
     summary_.set_max_residual_mm(std::max(summary_.max_residual_mm(), layer.stats.max_residual_mm));
     summary_.set_voxels_covered(summary_.voxels_covered() + layer.stats.voxels_covered);
+    summary_.set_voxels_cut(summary_.voxels_cut() + layer.stats.voxels_cut);
     summary_.set_voxels_off_map(summary_.voxels_off_map() + layer.stats.voxels_off_map);
     if (layer.stats.voxels_scaled_up > 0) {
       const double least = layer.stats.least_fraction_sum;

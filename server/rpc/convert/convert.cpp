@@ -356,6 +356,7 @@ v1::LayerStatistics to_message(const LayerStats& value) {
   message.set_voxels_scaled_up(value.voxels_scaled_up);
   message.set_least_fraction_sum(value.least_fraction_sum);
   message.set_voxels_covered(value.voxels_covered);
+  message.set_voxels_cut(value.voxels_cut);
   for (const std::uint64_t voxels : value.material_voxels) message.add_material_voxels(voxels);
   return message;
 }

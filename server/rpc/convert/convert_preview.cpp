@@ -15,6 +15,7 @@
 #include "core/preview/layer_painter.h"
 #include "server/rpc/convert/contract_value.h"
 #include "server/rpc/convert/convert.h"
+#include "server/rpc/convert/convert_fields.h"
 #include "server/rpc/convert/job_field.h"
 #include "server/rpc/convert/job_parts.h"
 #include "server/rpc/convert/printer.h"
@@ -83,6 +84,9 @@ PreviewJob to_plane_job(const v1::PreviewRequest& request, const PreviewSetting&
   job.plane.up_mm = plane.up_mm_per_pixel() == 0 ? plane.across_mm_per_pixel() : plane.up_mm_per_pixel();
   job.plane.columns = request.width();
   job.plane.rows = request.height();
+  job.sources = to_sources(request.fields(), solid.summary(),
+                           solid.summary().bounding_box.transformed(Placement(setting.placement)));
+  if (!request.cut().empty()) job.cut = request.cut();
   job.show = to_colours(request.content(), setting.printing);
   job.contours = request.contours();
   validate_preview(solid.summary(), job, limits);

@@ -18,6 +18,7 @@
 #include "core/output/encode.h"
 #include "core/output/pack_indices.h"
 #include "server/rpc/convert/convert.h"
+#include "server/rpc/convert/convert_fields.h"
 #include "server/rpc/convert/convert_printing.h"
 #include "server/rpc/convert/job_field.h"
 #include "server/rpc/convert/printer.h"
@@ -135,7 +136,7 @@ void require_region_numbers(const PlacedParts& parts) {
 }
 
 /// The printing of a part: the job's, but for the maps and the seed of its own.
-Printing printing_of(const v1::SliceJob& message, int part, const LimitSolid& solid) {
+Printing printing_of(const v1::SliceJob& message, int part, const LimitSolid& solid, const ChannelSources& sources) {
   const v1::Part& own = message.parts(part);
   v1::Printing printing = message.printing();
   Renamed names;
@@ -150,15 +151,18 @@ Printing printing_of(const v1::SliceJob& message, int part, const LimitSolid& so
   if (own.has_halftone_seed()) printing.mutable_halftone()->set_seed(own.halftone_seed());
   return renaming(names, "", [&] {
     Printing read = to_printing(printing, solid.summary());
-    if (!names.empty()) validate_printing(read, solid.summary());
+    if (!names.empty()) validate_printing(read, solid.summary(), sources);
     return read;
   });
 }
 
-SliceJob job_of_part(const v1::SliceJob& message, int part, const LimitSolid& solid,
+/// `parts_box`: of all parts.
+SliceJob job_of_part(const v1::SliceJob& message, int part, const LimitSolid& solid, const Box3& parts_box,
                      const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& planes) {
   SliceJob job;
-  if (message.has_printing()) job.printing = printing_of(message, part, solid);
+  job.sources = to_sources(message.fields(), solid.summary(), parts_box);
+  if (!message.cut().empty()) job.cut = message.cut();
+  if (message.has_printing()) job.printing = printing_of(message, part, solid, job.sources);
   job.planes = to_planes(planes, solid.summary(), job.printing);
   job.order = to_order(message.layout());
   job.contours = message.has_contours();
@@ -267,7 +271,7 @@ PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::sh
     cancel.throw_if_cancelled();
     const LimitSolid& solid = *solids[static_cast<std::size_t>(p)];
     renaming({}, naming(message, p), [&] {
-      SliceJob& job = jobs[static_cast<std::size_t>(p)] = job_of_part(message, p, solid, planes);
+      SliceJob& job = jobs[static_cast<std::size_t>(p)] = job_of_part(message, p, solid, box, planes);
       job.grid = grid;
       job.region = region;
       validate_job(solid, job, limits);

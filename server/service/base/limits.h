@@ -32,7 +32,7 @@ inline constexpr std::uint32_t kMaxChunkBytes = 1u << 20;
 
 /// Points in one message of ProbePoints and EvaluatePoints: with 64 channels the answer takes 2.5 MB.
 inline constexpr std::uint32_t kMaxPointsPerMessage = 4096;
-static_assert(kMaxPointsPerMessage * (64 + 12 + 3) * sizeof(double) < kClientMessageBytes);
+static_assert(kMaxPointsPerMessage * (64 + 16 + 12 + 3) * sizeof(double) < kClientMessageBytes);
 
 /// Ids in one FindMissingMeshes, meshes in one page of ListMeshes (a summary takes some 90 kB with as many channels and
 /// cell regions as there may be).

@@ -24,6 +24,10 @@ client::SliceOutcome outcome_of_materials() {
   outcome.material_voxels = {3, 4};
   v1::SliceHeader& header = outcome.header;
   header.set_engine_version("1");
+  v1::VoxelPitch& pitch = *header.mutable_grid()->mutable_pitch();
+  pitch.set_x_mm(1);
+  pitch.set_y_mm(2);
+  pitch.set_z_mm(5);
   header.mutable_layout()->set_row_order(v1::ROW_ORDER_DESCENDING_Y);
   header.add_planes()->mutable_channel()->set_name("heat");
   header.mutable_planes(0)->set_outside_sample(std::numeric_limits<double>::quiet_NaN());
@@ -62,7 +66,7 @@ TEST(Manifest, IsReadAsItWasWritten) {
   EXPECT_THAT(text, HasSubstr(R"("slice_job":{"parts":[{"mesh_id":"mesh","placements":[{"matrix":[0.1]}]}]})"));
   EXPECT_THAT(text, HasSubstr(R"("planes":[{"content":"channel","channel":"heat",)"));
   EXPECT_THAT(text, HasSubstr(R"("outside_sample":"NaN","alpha":false}])"));
-  EXPECT_THAT(text, HasSubstr(R"("materials":[{"name":"soft","rgba":"#00000000","voxel_count":3},)"));
+  EXPECT_THAT(text, HasSubstr(R"("materials":[{"name":"soft","rgba":"#00000000","voxel_count":3,"volume_cm3":0.03},)"));
   EXPECT_THAT(text, HasSubstr(R"("warnings":[{"kind":"part_clipped","message":"","part":1}],"voxel_count":7,)"
                               R"("voxels_covered":2,)"));
 }

@@ -309,6 +309,32 @@ class Values(unittest.TestCase):
         with self.assertRaisesRegex(ccslice.CallError, "another part's"):
             self.client.plan([ccslice.Part(self.mesh, name="a"), ccslice.Part(self.mesh, name="a")], 1)
 
+    def test_fields_and_cuts(self):
+        fields = {"height": "z/10", "sum": ccslice.Field("g + 10*height", value_range=(0, 6))}
+        layers = list(self.client.slice(self.mesh, 1, channels=["height", "sum"], fields=fields))
+        np.testing.assert_allclose(layers[3].channels["height"], np.full((10, 10), 0.35), atol=1e-6)
+        expected = np.minimum(6, np.tile((np.arange(10) + 0.5) / 10, (10, 1)) + 6.5)
+        np.testing.assert_allclose(layers[6].channels["sum"], expected, atol=1e-4)
+        moved = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 100]])
+        layer = next(self.client.slice(self.mesh, 1, channels=["up"], placement=moved,
+                                       fields={"up": ccslice.Field("z", frame="world")}))
+        np.testing.assert_allclose(layer.channels["up"], np.full((10, 10), 100.5), atol=1e-4)
+        layer = next(self.client.slice(self.mesh, 1, occupancy=True, fields={"right": "x > 7"}, cut="right"))
+        self.assertEqual(layer.occupancy[4].tolist(), [True] * 7 + [False] * 3)
+        self.assertEqual((layer.voxel_count, layer.voxels_cut), (70, 30))
+        probe = self.client.probe(self.mesh, [[5, 5, 5], [20, 0, 0]], fields={"sum": "g + 100*y"})
+        np.testing.assert_allclose(probe.channels["sum"], [500.5, np.nan], atol=1e-4)
+        planes = [ccslice.Plane((5, 5, 5))]
+        picture = next(self.client.preview(self.mesh, planes, 0.5, size=(40, 40), channel="shade",
+                                           fields={"shade": "x/10"}, cut="g"))
+        self.assertLess(picture.value_range[1], 0.52)
+        self.assertEqual(int((picture.rgba[..., 3] != 0).sum()), 10 * 20)
+        for wrong in ({"a": 3}, {"a": ccslice.Field("x", frame="moon")}):
+            with self.assertRaisesRegex(ValueError, "fields\\['a'\\]"):
+                self.client.plan(self.mesh, 1, fields=wrong)
+        with self.assertRaisesRegex(ccslice.CallError, "column 1.*gyroid"):
+            self.client.plan(self.mesh, 1, fields={"a": "gyriod(x, y, z)"})
+
     def test_a_job_is_a_message_that_files_hold(self):
         job = self.client.job(self.mesh, 1, channels=["g"])
         read = json_format.Parse(json_format.MessageToJson(job), type(job)())

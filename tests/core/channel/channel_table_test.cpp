@@ -63,9 +63,9 @@ TEST(ChannelTable, RefusesSourcesOfTheSameNameAndThoseThatReadWhatComesLater) {
     return std::string();
   };
   EXPECT_EQ(refusal({made_of("a", {"colour"}), made_of("b", {"a", "stiffness"})}), "");
-  EXPECT_EQ(refusal({made_of("a", {"b"}), made_of("b", {})}), "CHANNEL_UNKNOWN sources[0]");
-  EXPECT_EQ(refusal({made_of("a", {"a"})}), "CHANNEL_UNKNOWN sources[0]");
-  EXPECT_EQ(refusal({made_of("a", {}), made_of("colour", {})}), "CHANNEL_REPEATED sources[1]");
+  EXPECT_EQ(refusal({made_of("a", {"b"}), made_of("b", {})}), "CHANNEL_UNKNOWN fields[0]");
+  EXPECT_EQ(refusal({made_of("a", {"a"})}), "CHANNEL_UNKNOWN fields[0]");
+  EXPECT_EQ(refusal({made_of("a", {}), made_of("colour", {})}), "CHANNEL_REPEATED fields[1]");
 }
 
 }  // namespace

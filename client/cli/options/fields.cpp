@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "client/cli/options/fields.h"
+
+#include <string_view>
+#include <utility>
+
+#include "client/cli/base/option_group.h"
+#include "client/cli/base/text_values.h"
+
+namespace ccslice::cli {
+namespace {
+
+constexpr const char* kCutName = "cut";
+
+/// Takes "world:" away, if the text begins with it, and notes the frame.
+std::string_view formula_in_frame(std::string_view text, v1::Field& field) {
+  constexpr std::string_view kWorld = "world:";
+  if (!text.starts_with(kWorld)) return text;
+  field.set_frame(v1::FIELD_FRAME_WORLD);
+  return text.substr(kWorld.size());
+}
+
+v1::Field parse_field(std::string_view text) {
+  v1::Field field;
+  const std::string_view pair = formula_in_frame(text, field);
+  const std::size_t equals = pair.find('=');
+  if (equals == std::string_view::npos || equals == 0 || equals + 1 == pair.size()) {
+    throw UsageError("--field takes NAME=FORMULA or world:NAME=FORMULA, such as 'shade=clamp(z/10, 0, 1)', not '" +
+                     std::string(text) + "'");
+  }
+  field.set_name(std::string(pair.substr(0, equals)));
+  field.set_formula(std::string(pair.substr(equals + 1)));
+  return field;
+}
+
+}  // namespace
+
+void add_field_options(CLI::App& command, FieldOptions& options) {
+  const OptionGroup group(command, "Fields");
+  command
+      .add_option("--field", options.fields,
+                  "Values by a formula of the place, in mm, and of channels, NAME=FORMULA: --field "
+                  "'wave=0.5 + 0.5*sin(pi*z)'. --channel, --map and later fields then name it like a channel. x, y and "
+                  "z are the mesh's own; with world:NAME=FORMULA those of the grid. docs/fields.md has the language. "
+                  "May be repeated")
+      ->allow_extra_args(false);
+}
+
+void add_cut_option(CLI::App& command, FieldOptions& options) {
+  const OptionGroup group(command, "Fields");
+  command.add_option(
+      "--cut-where", options.cut,
+      "Leave out the voxels where this formula is true, as outside the part: --cut-where "
+      "'gyroid(x/5, y/5, z/5) < 0' leaves a lattice. Contours and surfaces stay those of the whole part");
+}
+
+std::vector<v1::Field> parse_fields(const FieldOptions& options) {
+  std::vector<v1::Field> fields;
+  for (const std::string& text : options.fields) fields.push_back(parse_field(text));
+  if (options.cut.empty()) return fields;
+  v1::Field& cut = fields.emplace_back();
+  cut.set_formula(std::string(formula_in_frame(options.cut, cut)));
+  cut.set_name(kCutName);
+  return fields;
+}
+
+std::string cut_of(const FieldOptions& options) { return options.cut.empty() ? "" : kCutName; }
+
+}  // namespace ccslice::cli

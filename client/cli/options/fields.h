@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Values besides those of the meshes' channels, and what is cut out by them: options of what slices, plans and draws.
+
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "ccslice/v1/job.pb.h"
+
+namespace ccslice::cli {
+
+struct FieldOptions {
+  std::vector<std::string> fields;  // [world:]NAME=FORMULA.
+  std::string cut;                  // [world:]FORMULA; empty: nothing.
+};
+
+void add_field_options(CLI::App& command, FieldOptions& options);
+/// Of what cuts, too.
+void add_cut_option(CLI::App& command, FieldOptions& options);
+
+/// In their order; that of the cut is the last. Throws UsageError.
+std::vector<v1::Field> parse_fields(const FieldOptions& options);
+/// Name of the field that cuts, or empty.
+std::string cut_of(const FieldOptions& options);
+
+}  // namespace ccslice::cli

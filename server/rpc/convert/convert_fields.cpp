@@ -1,0 +1,118 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "server/rpc/convert/convert_fields.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/echo.h"
+#include "core/base/error.h"
+#include "core/base/number_text.h"
+#include "core/channel/channel_table.h"
+#include "core/formula/formula.h"
+#include "core/formula/formula_error.h"
+#include "core/formula/formula_source.h"
+
+namespace ccslice::server {
+namespace {
+
+constexpr std::size_t kMaxFieldNameBytes = 256;
+
+std::string quoted_name(const v1::Field& message) { return '"' + echoed(message.name()) + '"'; }
+
+[[noreturn]] void refuse(ErrorCode code, const std::string& field, const std::string& what) {
+  throw Error(code, field + ": " + what, field);
+}
+
+void require_name(const std::string& name, const std::string& path) {
+  const std::string field = path + ".name";
+  if (name.empty()) refuse(ErrorCode::kFieldInvalid, field, "empty; give the field a name");
+  if (name.size() <= kMaxFieldNameBytes) return;
+  refuse(ErrorCode::kFieldInvalid, field,
+         "longer than " + std::to_string(kMaxFieldNameBytes) + " bytes; give it a shorter one");
+}
+
+FormulaFrame to_frame(v1::FieldFrame frame, const std::string& path) {
+  switch (frame) {
+    case v1::FIELD_FRAME_UNSPECIFIED:
+    case v1::FIELD_FRAME_PART: return FormulaFrame::kMesh;
+    case v1::FIELD_FRAME_WORLD: return FormulaFrame::kWorld;
+    default: break;
+  }
+  refuse(ErrorCode::kEnumValueUnknown, path + ".frame",
+         std::to_string(static_cast<int>(frame)) + " isn't a frame that this server knows; ask for PART or WORLD");
+}
+
+Formula parse(const v1::Field& message, const std::vector<ChannelRange>& channels, const std::string& path) {
+  std::vector<std::string> names;
+  for (const ChannelRange& channel : channels) names.push_back(channel.name);
+  try {
+    return Formula::parse(message.formula(), names);
+  } catch (const FormulaError& error) {
+    refuse(ErrorCode::kFieldInvalid, path + ".formula", quoted_name(message) + ", " + error.what());
+  }
+}
+
+/// Of all values that the formula may have in the box, or what the client says.
+ChannelRange range_of(const v1::Field& message, const Formula& formula, const std::vector<ChannelRange>& channels,
+                      const Box3& box, const std::string& path) {
+  if (message.has_range()) {
+    const double low = message.range().min(), high = message.range().max();
+    if (low < high && std::isfinite(low) && std::isfinite(high) && std::isfinite(high - low)) {
+      return {message.name(), low, high};
+    }
+    refuse(ErrorCode::kValueRangeInvalid, path + ".range",
+           quoted_name(message) + ", " + number_text(low) + " to " + number_text(high) +
+               " isn't a finite range; give min below max");
+  }
+  std::vector<Interval> inputs;
+  for (const std::string& name : formula.inputs()) {
+    const auto channel = std::ranges::find(channels, name, &ChannelRange::name);
+    inputs.push_back({channel->min, channel->max});
+  }
+  const Interval bounds = formula.bounds(box, inputs);
+  const auto is_float = [](double value) { return std::abs(value) <= std::numeric_limits<float>::max(); };
+  if (is_float(bounds.low) && is_float(bounds.high)) return {message.name(), bounds.low, bounds.high};
+  refuse(ErrorCode::kFieldInvalid, path + ".formula",
+         quoted_name(message) +
+             ": its values have no bounds that could be found, as where a divisor may be 0; bound them with "
+             "clamp(..., low, high), or give the field a range");
+}
+
+}  // namespace
+
+ChannelSources to_sources(const google::protobuf::RepeatedPtrField<v1::Field>& messages, const SolidSummary& solid,
+                          const Box3& world_box) {
+  if (messages.size() > kMaxFields) {
+    refuse(ErrorCode::kFieldInvalid, "fields",
+           std::to_string(messages.size()) + " are more than the " + std::to_string(kMaxFields) +
+               " of a job; put formulas that are read once into those that read them");
+  }
+  ChannelSources sources;
+  std::vector<ChannelRange> channels = solid.channels;
+  for (int i = 0; i < messages.size(); ++i) {
+    const v1::Field& message = messages[i];
+    const std::string path = "fields[" + std::to_string(i) + "]";
+    require_name(message.name(), path);
+    const FormulaFrame frame = to_frame(message.frame(), path);
+    if (message.kind_case() != v1::Field::kFormula) {
+      refuse(ErrorCode::kFieldInvalid, path,
+             quoted_name(message) + " has nothing that this server knows to take values from; give a formula");
+    }
+    Formula formula = parse(message, channels, path);
+    const Box3& box = frame == FormulaFrame::kWorld ? world_box : solid.bounding_box;
+    ChannelRange range = range_of(message, formula, channels, box, path);
+    channels.push_back(range);
+    sources.push_back(std::make_shared<FormulaSource>(std::move(range), std::move(formula), frame));
+  }
+  ChannelTable(solid.channels, sources).validate_sources();
+  return sources;
+}
+
+}  // namespace ccslice::server

@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// The ccslice program: values by formulas, and what is cut out by them.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "client/cli/base/exit_codes.h"
+#include "core/base/read_file.h"
+#include "tests/client/command_line.h"
+
+namespace ccslice::client {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+class CommandLineFields : public CommandLine {
+ protected:
+  /// What `slice` wrote of this job, as JSON.
+  std::string manifest_of(std::vector<std::string> options, const std::string& folder) {
+    options.insert(options.begin(), {"slice", box_, "--pitch", "0.5", "-o", path(folder)});
+    const ProcessResult result = run(options);
+    EXPECT_EQ(result.exit_code, cli::kExitOk) << result.err;
+    return read_file_bytes(path(folder) + "/manifest.json", 1 << 20);
+  }
+  double voxels_of(const std::string& manifest) { return json_at(manifest, "voxel_count").number_value(); }
+};
+
+TEST_F(CommandLineFields, CutOutWhatAFormulaSays) {
+  const double all = voxels_of(manifest_of({"--occupancy"}, "all"));
+  const std::vector<std::string> cut = {"--occupancy", "--field", "half=x", "--cut-where", "half > 6"};
+  const std::string manifest = manifest_of(cut, "cut");
+  const double left = voxels_of(manifest), cut_out = json_at(manifest, "voxels_cut").number_value();
+  EXPECT_GT(left, 0);
+  EXPECT_GT(cut_out, 0);
+  EXPECT_EQ(left + cut_out, all);
+  EXPECT_EQ(json_at(manifest, "slice_job.cut").string_value(), "cut");
+}
+
+TEST_F(CommandLineFields, GoIntoJobFilesAndOutOfThem) {
+  const std::vector<std::string> options = {"--channel",   "wave",     "--field",     "world:wave=sin(x)*z",
+                                            "--cut-where", "wave > 1", "--write-job", path("job.json")};
+  const std::string told = manifest_of(options, "told");
+  const ProcessResult again = run({"slice", box_, "--job", path("job.json"), "-o", path("again")});
+  ASSERT_EQ(again.exit_code, cli::kExitOk) << again.err;
+  EXPECT_EQ(read_file_bytes(path("again/manifest.json"), 1 << 20), told);
+  const ProcessResult twice = run({"slice", box_, "--job", path("job.json"), "--field", "a=x", "-o", path("twice")});
+  EXPECT_EQ(twice.exit_code, cli::kExitUsage);
+  EXPECT_THAT(twice.err, HasSubstr("--field"));
+}
+
+TEST_F(CommandLineFields, AreProbedAndPictured) {
+  const ProcessResult probed = run({"probe", box_, "--at", "5,5,5", "--field", "far=x + 100*y"});
+  EXPECT_EQ(probed.exit_code, cli::kExitOk) << probed.err;
+  EXPECT_THAT(probed.out, HasSubstr("far 505"));
+  for (const std::vector<std::string>& picture : std::vector<std::vector<std::string>>{
+           {"--channel", "far", "--plane", "z=5"},
+           {"--channel", "far", "--sweep", "3"},
+           {"--channel", "far", "--cut-where", "gyroid(x/5, y/5, z/5) < 0"},
+           {"--channel", "far", "--cut-where", "gyroid(x/5, y/5, z/5) < 0", "--plane", "z=5"}}) {
+    std::vector<std::string> command = {"picture", box_, "--field", "far=x + 100*y", "--force", "-o", path("a.png")};
+    command.insert(command.end(), picture.begin(), picture.end());
+    const ProcessResult drawn = run(command);
+    EXPECT_EQ(drawn.exit_code, cli::kExitOk) << drawn.err;
+  }
+}
+
+TEST_F(CommandLineFields, AreRefusedByTheirOptionAndName) {
+  const auto plan = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {"plan", box_, "--pitch", "1"});
+    const ProcessResult result = run(options);
+    EXPECT_NE(result.exit_code, cli::kExitOk);
+    return result.err;
+  };
+  EXPECT_THAT(plan({"--field", "gyroid(x,y,z)"}), HasSubstr("--field takes NAME=FORMULA"));
+  EXPECT_THAT(plan({"--field", "=x"}), HasSubstr("--field takes NAME=FORMULA"));
+  EXPECT_THAT(plan({"--field", "a=gyriod(x,y,z)", "--channel", "a"}),
+              AllOf(HasSubstr("--field"), HasSubstr("\"a\", column 1"), HasSubstr("gyroid")));
+  EXPECT_THAT(plan({"--cut-where", "1/x"}), HasSubstr("clamp"));
+  EXPECT_THAT(plan({"--cut-where", "x <"}), HasSubstr("\"cut\", column 4"));
+}
+
+TEST_F(CommandLineFields, SayThatContoursAreOfTheWholePart) {
+  const ProcessResult plan = run({"plan", box_, "--pitch", "1", "--cut-where", "x > 6"});
+  EXPECT_THAT(plan.out + plan.err, testing::Not(HasSubstr("contours are those of the whole part")));
+  const ProcessResult sliced =
+      run({"slice", box_, "--pitch", "1", "--cut-where", "x > 6", "--contours", "csv", "-o", path("c")});
+  EXPECT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
+  EXPECT_THAT(sliced.out + sliced.err, HasSubstr("contours are those of the whole part"));
+}
+
+TEST_F(CommandLineFields, ThatLeaveNothingHaveNoPicture) {
+  const ProcessResult drawn = run({"picture", box_, "--cut-where", "1", "-o", path("nothing.png")});
+  EXPECT_EQ(drawn.exit_code, cli::kExitUsage);
+  EXPECT_THAT(drawn.err, HasSubstr("--cut-where leaves no voxel"));
+}
+
+}  // namespace
+}  // namespace ccslice::client
