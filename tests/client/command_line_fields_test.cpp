@@ -85,6 +85,15 @@ TEST_F(CommandLineFields, AreRefusedByTheirOptionAndName) {
   EXPECT_THAT(plan({"--cut-where", "x <"}), HasSubstr("\"cut\", column 4"));
 }
 
+TEST_F(CommandLineFields, AreOnContactSheetsAndMixMaterials) {
+  const ProcessResult sliced =
+      run({"slice", box_, "--pitch", "0.5", "--field", "share=mod(floor(x/2), 2)", "--cut-where", "z > 5", "--material",
+           "soft=#ff0000", "--material", "hard=#0000ff", "--map", "blend:share:0=soft,1=hard", "-o", path("sheet")});
+  EXPECT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
+  EXPECT_THAT(sliced.out, AllOf(HasSubstr("contact sheet: "), HasSubstr("materials: soft "), HasSubstr("cut out: ")));
+  EXPECT_THAT(sliced.err, testing::Not(HasSubstr("no contact sheet")));
+}
+
 TEST_F(CommandLineFields, SayThatContoursAreOfTheWholePart) {
   const ProcessResult plan = run({"plan", box_, "--pitch", "1", "--cut-where", "x > 6"});
   EXPECT_THAT(plan.out + plan.err, testing::Not(HasSubstr("contours are those of the whole part")));

@@ -107,8 +107,8 @@ void report_sliced(const Session& session, const std::string& output, const Plan
   if (session.options().json) return print_line(json_of(sliced_document(output, job, result)));
   const std::string said = show_count(outcome.layers, "layer") + ", " + show_count(outcome.voxel_count, "voxel") +
                            " inside, " + show_cm3(cm3_of(outcome.voxel_count, outcome)) + ", " +
-                           show_bytes(result.written_bytes) + " in " + show_duration(result.seconds) +
-                           " -> " + place_of(output);
+                           show_bytes(result.written_bytes) + " in " + show_duration(result.seconds) + " -> " +
+                           place_of(output);
   if (output != "-") {
     print_line(said);
     if (const std::string materials = materials_text(outcome); !materials.empty()) {

@@ -120,6 +120,8 @@ v1::SliceRangeRequest sheet_request(const v1::SliceJob& job, const v1::SliceHead
   request.set_layer_count(layers.count);
   v1::SliceJob& sheet = *request.mutable_job();
   *sheet.mutable_parts() = job.parts();
+  *sheet.mutable_fields() = job.fields();
+  sheet.set_cut(job.cut());
   *sheet.mutable_grid() = sheet_grid(header, layers, layout);
   *sheet.mutable_layout() = job.layout();
   ask_for_sheet(header, sheet);
