@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "core/channel/channel_table.h"
+#include "core/channel/channel_values.h"
 #include "core/limit/limit_evaluator.h"
 
 namespace ccslice {
@@ -96,27 +97,31 @@ double sum_of_shares(std::span<const std::uint32_t> shares, const ValueOf& value
 
 }  // namespace
 
-std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const LimitSolid& solid) {
+std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const LimitSolid& solid,
+                                               const ChannelSources& sources, const Placement& placement) {
   const std::vector<const MaterialMap*> maps = maps_of(printing);
-  const std::vector<ChannelRange>& ranges = solid.summary().channels;
-  const ChannelTable table(ranges);
+  const ChannelValues all(solid.summary().channels, sources);
   std::vector<ValuesOffMap> found;
-  std::vector<std::uint32_t> channel_of;  // By number of what is found.
+  std::vector<std::size_t> channel_of;  // By number of what is found.
   for (const MaterialMap* map : maps) {
     const auto covered = covered_by(*map);
     if (!covered) continue;
     for (const std::string& name : channels_of(*map)) {
-      const std::optional<Channel> channel = table.find(name);
-      if (!channel || (!is_off(channel->range.min, *covered) && !is_off(channel->range.max, *covered))) continue;
-      found.push_back({map, channel->range, *covered, 0});
-      channel_of.push_back(*channel->of_solid);
+      const auto channel = std::ranges::find(all.channels(), name, &ChannelRange::name);
+      if (!is_off(channel->min, *covered) && !is_off(channel->max, *covered)) continue;
+      found.push_back({map, *channel, *covered, 0});
+      channel_of.push_back(static_cast<std::size_t>(channel - all.channels().begin()));
     }
   }
   if (found.empty()) return found;
-  std::vector<double> channels(ranges.size()), volumes(maps.size());
+  std::vector<double> channels(all.channels().size()), volumes(maps.size());
   VolumeSampler(solid).run([&](LimitEvaluator& evaluator, const CellParam& at, double volume) {
     const std::size_t map = map_of(printing, solid.region_of(solid.control_cell(at.cell)));
-    evaluator.mat(at, channels);
+    evaluator.mat(at, std::span(channels).first(solid.channel_count()));
+    if (!sources.empty()) {
+      const Vec3 mesh = evaluator.geo(at);
+      all.complete(placement * mesh, mesh, channels);
+    }
     volumes[map] += volume;
     for (std::size_t i = 0; i < found.size(); ++i) {
       ValuesOffMap& off = found[i];

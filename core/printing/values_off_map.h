@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/channel/channel_source.h"
 #include "core/limit/limit_solid.h"
 #include "core/printing/printing.h"
 
@@ -23,9 +24,11 @@ struct ValuesOffMap {
   double share = 0;                 // Of the volume that the map is for, estimated at a few thousand points.
 };
 
-/// The maps' channels, of the solid's, with values that are more than kStrictSlack of the covered range off it, in the
+/// The maps' channels with values that are more than kStrictSlack of the covered range off it, in the
 /// order of maps_of() and channels_of(). Takes some milliseconds at most. REQUIRES: validate_printing() passes.
-std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const LimitSolid& solid);
+std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const LimitSolid& solid,
+                                               const ChannelSources& sources = {},
+                                               const Placement& placement = Placement::Identity());
 
 struct FractionsBelowOne {
   const MaterialMap* map = nullptr;  // One of maps_of(printing): direct, without a material for the rest.

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/base/number_text.h"
+#include "core/channel/channel_values.h"
 #include "core/field/point_probe.h"
 #include "core/job/slice_job.h"
 #include "core/limit/limit_evaluator.h"
@@ -48,48 +49,6 @@ struct ProbeSetting {
   Placement placement = Placement::Identity();
   ChannelSources sources;
   double contour_tolerance_mm = SliceJob().contour_tolerance_mm;
-};
-
-/// Values of all channels at a point: the solid's, and those of the setting's sources.
-class ChannelValues {
- public:
-  ChannelValues(const SolidSummary& solid, const ProbeSetting& setting)
-      : sources_(setting.sources),
-        mesh_of_world_(setting.placement.inverse(Eigen::Affine)),
-        of_solid_(solid.channels.size()) {
-    std::vector<std::string> names;
-    for (const ChannelRange& channel : solid.channels) names.push_back(channel.name);
-    for (const auto& source : sources_) {
-      std::vector<std::size_t>& read = inputs_.emplace_back();
-      for (const std::string& name : source->inputs()) {
-        read.push_back(static_cast<std::size_t>(std::ranges::find(names, name) - names.begin()));
-      }
-      names.push_back(source->range().name);
-    }
-  }
-
-  std::size_t count() const { return of_solid_ + sources_.size(); }
-
-  /// `values`: count() of them, the solid's first.
-  void set(const Vec3& world, std::span<const double> of_solid, std::span<double> values) const {
-    std::ranges::copy(of_solid, values.begin());
-    const SourceRow row{world, Vec3::Zero(), mesh_of_world_ * world, Vec3::Zero(), 0, 1};
-    for (std::size_t i = 0; i < sources_.size(); ++i) {
-      std::vector<float> inputs;
-      for (const std::size_t channel : inputs_[i]) inputs.push_back(static_cast<float>(values[channel]));
-      std::vector<std::span<const float>> of_point;
-      for (const float& input : inputs) of_point.emplace_back(&input, 1);
-      float value = 0;
-      sources_[i]->sample_row(row, of_point, {&value, 1});
-      values[of_solid_ + i] = value;
-    }
-  }
-
- private:
-  const ChannelSources& sources_;
-  const Placement mesh_of_world_;
-  const std::size_t of_solid_;
-  std::vector<std::vector<std::size_t>> inputs_;  // By source: numbers of the channels that it reads.
 };
 
 /// Points are inverted as SliceRange inverts its voxels (point_probe.h), so that both give them the same values.
@@ -131,18 +90,21 @@ class ProbeSolver {
     require_batch(request.points_mm_size(), request.points_mm_size() / 3, "points_mm");
     take_points(request);
     use(setting);
-    const ChannelValues values(solid().summary(), setting);
-    const auto points = static_cast<int>(points_.size()), channels = static_cast<int>(values.count());
+    const ChannelValues all(solid().summary().channels, setting.sources);
+    const Placement mesh_of_world = setting.placement.inverse(Eigen::Affine);
+    const std::size_t channels = all.channels().size();
+    const auto points = static_cast<int>(points_.size());
     response.mutable_locations()->Resize(points, v1::POINT_LOCATION_OUTSIDE);
     response.mutable_limit_cells()->Resize(points, 0);
     response.mutable_control_cells()->Resize(points, 0);
     response.mutable_uvw()->Resize(3 * points, 0);
-    response.mutable_channel_values()->Resize(channels * points, 0);
+    response.mutable_channel_values()->Resize(static_cast<int>(channels) * points, 0);
     response.mutable_residuals_mm()->Resize(points, 0);
     const auto on_found = [&](std::size_t point, const ProbedPoint& found) {
       set(static_cast<int>(point), found, response);
-      values.set(points_[point], found.channels,
-                 {response.mutable_channel_values()->mutable_data() + point * values.count(), values.count()});
+      const std::span<double> values(response.mutable_channel_values()->mutable_data() + point * channels, channels);
+      std::ranges::copy(found.channels, values.begin());
+      all.complete(points_[point], mesh_of_world * points_[point], values);
     };
     probe_->probe(points_, on_found, cancel);
   }

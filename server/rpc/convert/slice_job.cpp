@@ -200,12 +200,13 @@ void warn_of_fractions_below_one(const Printing& printing, const LimitSolid& sol
   }
 }
 
-void warn_of_values_off_maps(const Printing& printing, const LimitSolid& solid, v1::PlanSlicesResponse& plan) {
+void warn_of_values_off_maps(const SliceJob& job, const LimitSolid& solid, v1::PlanSlicesResponse& plan) {
+  const Printing& printing = *job.printing;
   constexpr int kDigits = 4;
   const auto range_text = [](double low, double high) {
     return number_text(low, kDigits) + " to " + number_text(high, kDigits);
   };
-  for (const ValuesOffMap& off : find_values_off_maps(printing, solid)) {
+  for (const ValuesOffMap& off : find_values_off_maps(printing, solid, job.sources, job.placement)) {
     if (off.share < kLeastShare) continue;
     const ChannelRange& channel = off.channel;
     add_warning(plan, v1::PLAN_WARNING_KIND_VALUES_OFF_MAP,
@@ -269,7 +270,7 @@ void warn_of_part(const PlacedPart& part, const Deviation& deviation, const Smal
   warn_of_deviation(job, solid, deviation, plan);
   warn_of_thin_features(job, solid, smallest, cancel, plan);
   if (!job.printing) return;
-  warn_of_values_off_maps(*job.printing, solid, plan);
+  warn_of_values_off_maps(job, solid, plan);
   warn_of_fractions_below_one(*job.printing, solid, plan);
 }
 

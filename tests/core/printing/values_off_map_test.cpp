@@ -7,9 +7,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "core/prepare/prepare_solid.h"
 #include "tests/support/cell_regions.h"
+#include "tests/support/channel_functions.h"
 #include "tests/support/tiny_meshes.h"
 
 namespace ccslice {
@@ -33,6 +37,24 @@ Printing printing_with(MaterialMap map) {
   printing.materials = {{"soft", 0xff0000ff}, {"hard", 0x00ff00ff}, {"clear", 0x0000ffff}};
   printing.map = std::move(map);
   return printing;
+}
+
+TEST(ValuesOffMap, AreThoseOfSourcesToo) {
+  const auto solid = prepare_solid(block());
+  const double high = solid->summary().channels[0].max;
+  const ChannelSources sources = {std::make_shared<ChannelFunction>(
+      ChannelRange{"raised", -1000, 1000}, std::vector<std::string>{"z"},
+      [high](const Vec3& world, const Vec3&, std::span<const float> inputs) {
+        return inputs[0] + (world.x() < 100 ? 0 : static_cast<float>(high));
+      })};
+  const Printing printing = printing_with({BlendMap{"raised", {{0, 1}, {high, 2}}}});
+  EXPECT_THAT(find_values_off_maps(printing, *solid, sources), IsEmpty()) << "its range is wider than its values are";
+  Placement moved = Placement::Identity();
+  moved.translation().x() = 1000;
+  const auto found = find_values_off_maps(printing, *solid, sources, moved);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].channel.name, "raised");
+  EXPECT_NEAR(found[0].share, 1, 0.02);
 }
 
 TEST(ValuesOffMap, AreMeasuredInVolume) {
