@@ -19,7 +19,6 @@
 
 #include "core/base/cancellation.h"
 #include "core/limit/limit_solid.h"
-#include "core/output/encode.h"
 #include "core/output/plane.h"
 
 namespace ccslice {

@@ -8,8 +8,8 @@
 #include <span>
 #include <unordered_set>
 
-#include "core/output/encode.h"
 #include "core/output/encodings.h"
+#include "core/output/plane.h"
 
 namespace ccslice {
 namespace {

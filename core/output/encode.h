@@ -17,12 +17,6 @@
 
 namespace ccslice {
 
-/// Size of a plane's samples.
-std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t height, std::uint32_t channels = 1);
-
-/// The same of a window of it.
-std::uint64_t sample_bytes(const PlaneSpec& plane, const LayerWindow& window);
-
 /// Why samples of this type can't be encoded so, and what to ask for instead; nothing if they can.
 [[nodiscard]] std::optional<std::string_view> encoding_obstacle(SampleType type, Encoding encoding,
                                                                 std::uint32_t channels = 1);

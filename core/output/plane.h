@@ -115,6 +115,12 @@ inline std::uint32_t channel_count(const PlaneSpec& plane) {
   return plane.content == PlaneContent::kChannels ? static_cast<std::uint32_t>(plane.channels.size()) : 1;
 }
 
+/// Size of a plane's samples.
+std::uint64_t sample_bytes(SampleType type, std::uint32_t width, std::uint32_t height, std::uint32_t channels = 1);
+
+/// The same of a window of it.
+std::uint64_t sample_bytes(const PlaneSpec& plane, const LayerWindow& window);
+
 struct EncodedPlane {
   std::vector<std::uint8_t> bytes;
   std::uint64_t raw_bytes = 0;  // Size of the samples after decoding (kBit in PNG: after packing again).

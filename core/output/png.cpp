@@ -13,8 +13,8 @@
 #include <string_view>
 #include <utility>
 
-#include "core/output/encode.h"
 #include "core/output/pack_indices.h"
+#include "core/output/plane.h"
 #include "core/output/polling.h"
 #include "core/output/sample_rows.h"
 

@@ -10,8 +10,8 @@
 #include <functional>
 #include <type_traits>
 
-#include "core/output/encode.h"
 #include "core/output/pack_indices.h"
+#include "core/output/plane.h"
 #include "core/output/polling.h"
 
 namespace ccslice {

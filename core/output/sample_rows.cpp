@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "core/output/arrange.h"
-#include "core/output/encode.h"
 #include "core/output/pack_indices.h"
+#include "core/output/plane.h"
 
 namespace ccslice {
 namespace {

@@ -39,6 +39,13 @@ TEST_F(CommandLine, HelpTeaches) {
   EXPECT_THAT(run_alone({"--version"}).out, HasSubstr("."));
 }
 
+// OpenImageIO brings two hundred libraries along, which take half a second and 120 MB at the start of every command.
+TEST_F(CommandLine, LoadsNoLibraryThatOnlyServersNeed) {
+  Process process({"/usr/bin/env", "LD_TRACE_LOADED_OBJECTS=1", CCSLICE_BINARY}, folder_.path());
+  const std::string libraries = process.wait().out;
+  EXPECT_THAT(libraries, AllOf(HasSubstr("libgrpc"), Not(HasSubstr("OpenImageIO"))));
+}
+
 TEST_F(CommandLine, WritesSamplesThatTheServerTakes) {
   ASSERT_EQ(run_alone({"models", "ring", "-o", path("ring.ccmesh")}).exit_code, cli::kExitOk);
   const ProcessResult plan = run({"plan", path("ring.ccmesh"), "--pitch", "0.0423,0.0846,0.03", "--json"});

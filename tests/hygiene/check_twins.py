@@ -27,7 +27,6 @@ COVERED = {
     "mesh_file": ("read_mesh_test", "structs"),
     "operators": ("operator_table_test", "structs; operators of many meshes are looked at there"),
     "prepare_options": ("limit_solid_test", "a struct"),
-    "plane": ("encode_test", "structs and enums"),
     "shares": ("cell_fitter_test", "constants"),
     "slice_limits": ("validate_job_test", "constants"),
     "solid_data": ("limit_solid_test", "a struct; its queries are tested there"),
