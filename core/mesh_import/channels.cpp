@@ -8,8 +8,10 @@
 #include <span>
 #include <utility>
 
+#include "core/base/contains.h"
 #include "core/base/echo.h"
 #include "core/base/error.h"
+#include "core/mesh/region_values.h"
 #include "core/mesh/validate.h"
 #include "core/mesh_import/mid_nodes.h"
 
@@ -35,6 +37,20 @@ float mean_of(std::span<const float> values, std::span<const std::uint32_t> vert
   double sum = 0;
   for (const std::uint32_t vertex : vertices) sum += values[vertex];
   return static_cast<float>(sum / static_cast<double>(vertices.size()));
+}
+
+/// Removes the columns that are marked.
+void narrow(const std::vector<bool>& marked, std::vector<float>& rows) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!marked[i % marked.size()]) rows[kept++] = rows[i];
+  }
+  rows.resize(kept);
+}
+
+bool is_component_of(const std::string& array, const std::string& name) {
+  if (!name.starts_with(array + ".") || name.size() == array.size() + 1) return false;
+  return name.find_first_not_of("0123456789", array.size() + 1) == std::string::npos;
 }
 
 }  // namespace
@@ -103,6 +119,30 @@ void append_channels(std::span<const NamedChannel> channels, ControlMesh& mesh) 
   };
   widen(columns, mesh.mid_nodes.positions.size(), channels, mid_value, mesh.mid_nodes.values);
   for (const NamedChannel& channel : channels) mesh.channel_names.push_back(channel.name);
+}
+
+void leave_out_channel(const std::string& name, ControlMesh& mesh) {
+  const bool is_channel = contains(mesh.channel_names, name);
+  std::vector<bool> marked;
+  for (const std::string& channel : mesh.channel_names) {
+    marked.push_back(is_channel ? channel == name : is_component_of(name, channel));
+  }
+  if (!contains(marked, true)) {
+    std::vector<std::string> names;
+    for (const std::string& channel : mesh.channel_names) {
+      if (names.size() < kMaxEchoItems) names.push_back("'" + echoed(channel) + "'");
+    }
+    const std::string others =
+        names.empty() ? "it has none" : "it has " + echoed_list(names, mesh.channel_names.size());
+    throw Error(ErrorCode::kMeshBadChannel, "the mesh has no channel '" + echoed(name) + "' to leave out; " + others,
+                "channel_names");
+  }
+  for (std::vector<float>* rows : {&mesh.channel_values, &mesh.region_values, &mesh.mid_nodes.values}) {
+    narrow(marked, *rows);
+  }
+  std::size_t channel = 0;
+  std::erase_if(mesh.channel_names, [&](const std::string&) { return marked[channel++]; });
+  if (mesh.channel_names.empty()) clear_region_values(mesh);
 }
 
 }  // namespace ccslice

@@ -43,4 +43,8 @@ std::array<float, 2> channel_range(const ControlMesh& mesh, std::size_t channel)
 /// hasn't a value for each vertex.
 void append_channels(std::span<const NamedChannel> channels, ControlMesh& mesh);
 
+/// Removes a channel, or all components of an array (component_name()) if no channel has just that name. Throws
+/// Error{kMeshBadChannel}, with the names that there are, if the mesh has none of them.
+void leave_out_channel(const std::string& name, ControlMesh& mesh);
+
 }  // namespace ccslice

@@ -122,8 +122,9 @@ bool merge_points(const MergeOptions& options, bool is_contract, double same_mm,
       // A .ccmesh or its .json has no collapsed cells.
       report = join_points(distance_mm, file.mesh, file.numbers, is_contract ? std::nullopt : std::optional(same_mm));
     } catch (const Error& error) {
-      const char* remedy = error.code() == ErrorCode::kMeshBadChannel ? " (--regions-from, --no-merge)"
-                                                                      : " (--merge-points DISTANCE, --no-merge)";
+      const char* remedy = error.code() == ErrorCode::kMeshBadChannel
+                               ? " (--regions-from, --leave-out CHANNEL, --no-merge)"
+                               : " (--merge-points DISTANCE, --no-merge)";
       throw Error(error.code(), error.what() + std::string(remedy), error.field(), error.ids());
     }
     add_join_notes(report, distance_mm, file.warnings);

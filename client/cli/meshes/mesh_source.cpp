@@ -32,6 +32,7 @@
 #include "core/mesh_files/read_mesh.h"
 #include "core/mesh_import/cell_averages.h"
 #include "core/mesh_import/cell_numbers.h"
+#include "core/mesh_import/channels.h"
 #include "core/mesh_import/collapsed_cells.h"
 #include "core/mesh_import/join_points.h"
 #include "core/mesh_import/mesh_file.h"
@@ -293,7 +294,7 @@ std::string is_size(const std::string& text) {
 
 bool changes_mesh(const MeshOptions& options, const Changes& changes) {
   return !changes.grades.empty() || options.meaning.any() || changes.sizing.changes() ||
-         !options.regions_from.empty() || !changes.averaged.empty();
+         !options.regions_from.empty() || !changes.averaged.empty() || !options.leave_out.empty();
 }
 
 /// A mesh with sharp edges can't be taken as meshed, which a part may come to.
@@ -324,6 +325,7 @@ bool merge_and_mark(const MeshOptions& options, const Changes& changes, bool is_
     limits.max_abs_coordinate_mm = std::numeric_limits<double>::infinity();
     check_arrays(file.mesh, limits, {});
   }
+  for (const std::string& channel : options.leave_out) leave_out_channel(channel, file.mesh);
   if (!options.regions_from.empty()) make_cell_regions(options.regions_from, file);
   take_lists(options, changes, file);
   return merge_points(options.merge, is_contract, same_mm, file);
@@ -421,6 +423,12 @@ void add_mesh_options(CLI::App& command, MeshOptions& options, bool required, bo
           "NAME=by-region the mean of its cells in each region of --regions-from, so that the channel jumps across "
           "interfaces. May be repeated")
       ->allow_extra_args(false);
+  command
+      .add_option(
+          "--leave-out", options.leave_out,
+          "Leave out a material channel of the file, or all components NAME.0, NAME.1, ... of an array, such as "
+          "numbers of a partition, which differ at common points. May be repeated")
+      ->allow_extra_args(false);
   add_size_options(command, options.size);
   add_merge_options(command, options.merge);
   add_meaning_options(command, options.meaning);
@@ -456,7 +464,8 @@ void print_notes(const Session& session, const LoadedMesh& mesh) {
 
 bool change_mesh(const MeshOptions& options) {
   return !options.grades.empty() || options.meaning.any() || options.size.any() || options.allow_folds ||
-         !options.regions_from.empty() || !options.cell_data.empty() || options.merge.any();
+         !options.regions_from.empty() || !options.cell_data.empty() || !options.leave_out.empty() ||
+         options.merge.any();
 }
 
 bool names_mesh_id(const MeshOptions& options) {
@@ -464,7 +473,8 @@ bool names_mesh_id(const MeshOptions& options) {
   if (change_mesh(options)) {
     throw UsageError(
         "--units, --size, --center, --on-bed, --grade, --merge-points, --no-merge, --no-split, --as-meshed, --part, "
-        "--sharp-..., --fit, --smooth, --regions-from, --cell-data and --allow-folds change a mesh file; " +
+        "--sharp-..., --fit, --smooth, --regions-from, --cell-data, --leave-out and --allow-folds change a mesh "
+        "file; " +
         options.mesh + " is on the server already");
   }
   return true;

@@ -37,6 +37,7 @@ struct MeshOptions {
   std::uint64_t max_file_bytes = 8ull << 30;
   std::string regions_from = {};            // Numbers or sets of cells in the file.
   std::vector<std::string> cell_data = {};  // NAME=average.
+  std::vector<std::string> leave_out = {};  // Channels.
   Vec3 scale = Vec3::Ones();                // What --scale does later: lengths are those of the printed size.
 };
 

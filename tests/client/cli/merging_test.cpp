@@ -287,9 +287,12 @@ TEST_F(MergingCommand, RefusesValuesThatDisagreeAndNamesTheWayOut) {
   const std::string mesh = write("jump.vtk", text);
   const ProcessResult refused = run_alone({"convert", mesh, "-o", path("jump.ccmesh")});
   EXPECT_EQ(refused.exit_code, cli::kExitInput);
-  EXPECT_THAT(refused.err,
-              AllOf(HasSubstr("channel 't' is 20 at "), HasSubstr(" and 35 at "),
-                    HasSubstr("values disagree in 3 more places"), HasSubstr("(--regions-from, --no-merge)")));
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("channel 't' is 20 at "), HasSubstr(" and 35 at "),
+                                 HasSubstr("values disagree in 3 more places"),
+                                 HasSubstr("(--regions-from, --leave-out CHANNEL, --no-merge)")));
+  const ProcessResult left = run_alone({"info", mesh, "--leave-out", "t"});
+  ASSERT_EQ(left.exit_code, cli::kExitOk) << left.err;
+  EXPECT_THAT(left.out, AllOf(HasSubstr("12, 0 sharp edges"), Not(HasSubstr("channel"))));
   const std::string marked =
       write("marked.vtk", text + "CELL_DATA 2\nSCALARS part int 1\nLOOKUP_TABLE default\n1\n2\n");
   const ProcessResult jumps = run_alone({"info", marked, "--regions-from", "part"});
