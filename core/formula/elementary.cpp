@@ -104,7 +104,7 @@ Scaled scaled(Lanes x) noexcept {
   constexpr double kLeastNormal = 0x1p-1022;
   const LaneMask subnormal = x < kLeastNormal;
   const LaneBits bits = bits_of(subnormal ? x * 0x1p54 : x);
-  constexpr long long kRootOfHalf = 0x3fe6a09e00000000, kBias = 1024;
+  constexpr long long kRootOfHalf = 0x3fe6a09e00000000, kBias = 1023;
   // The exponent with a bias, since shifts of negative numbers aren't vector instructions.
   const LaneBits biased = static_cast<LaneBits>((bits - kRootOfHalf + (kBias << 52)) >> 52);
   const Lanes exponent = of_bits(biased | bits_of(all(0x1p52))) - (0x1p52 + static_cast<double>(kBias));

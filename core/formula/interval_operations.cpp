@@ -148,8 +148,8 @@ Interval truth_of(bool always, bool never) {
 bool is_true(const Interval& a) { return !a.contains(0); }
 bool is_false(const Interval& a) { return a.low == 0 && a.high == 0; }
 
-Interval lesser(const Interval& a, const Interval& b) { return {std::min(a.low, b.low), std::min(a.high, b.high)}; }
-Interval greater(const Interval& a, const Interval& b) { return {std::max(a.low, b.low), std::max(a.high, b.high)}; }
+Interval lesser_of(const Interval& a, const Interval& b) { return {std::min(a.low, b.low), std::min(a.high, b.high)}; }
+Interval greater_of(const Interval& a, const Interval& b) { return {std::max(a.low, b.low), std::max(a.high, b.high)}; }
 
 Interval equality(const Interval& a, const Interval& b, bool when_equal) {
   const bool equal = a.low == a.high && b.low == b.high && a.low == b.low;
@@ -194,8 +194,8 @@ Interval of_two(Op op, const Interval& a, const Interval& b) {
     case Op::kDivide: return divided(a, b);
     case Op::kModulo: return hull(exactly(0), b);
     case Op::kPower: return powers(a, b);
-    case Op::kMinimum: return lesser(a, b);
-    case Op::kMaximum: return greater(a, b);
+    case Op::kMinimum: return lesser_of(a, b);
+    case Op::kMaximum: return greater_of(a, b);
     case Op::kAngle: return angles(a, b);
     case Op::kLess: return truth_of(a.high < b.low, a.low >= b.high);
     case Op::kLessOrEqual: return truth_of(a.high <= b.low, a.low > b.high);
@@ -212,7 +212,7 @@ Interval of_two(Op op, const Interval& a, const Interval& b) {
 Interval on_intervals(Op op, const Interval& a, const Interval& b, const Interval& c) noexcept {
   switch (op) {
     case Op::kIf: return is_true(a) ? b : is_false(a) ? c : hull(b, c);
-    case Op::kClamp: return lesser(greater(a, b), c);
+    case Op::kClamp: return lesser_of(greater_of(a, b), c);
     case Op::kSmoothstep: return steps(a, b, c);
     case Op::kGyroid: return lattice(-1.5, 1.5);
     case Op::kDiamond: return lattice(-std::numbers::sqrt2, std::numbers::sqrt2);

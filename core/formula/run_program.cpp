@@ -41,22 +41,26 @@ struct Block {
   }
 };
 
-/// Exactly as SourceRow::world() has it.
+/// As SourceRow::world() has it, to the bit: numbers of points are exact.
 void read_coordinate(const Block& block, int axis, double* result) noexcept {
-  const double first = block.points.first[axis], step = block.points.step[axis];
-  for (std::uint32_t i = 0; i < block.length; ++i) {
-    const double value = first + static_cast<double>(block.points.begin + block.begin + i) * step;
-    result[i] = value == value ? value : 0;
+  const Lanes first = Lanes{} + block.points.first[axis], step = Lanes{} + block.points.step[axis];
+  Lanes number = Lanes{0, 1, 2, 3} + (static_cast<double>(block.points.begin) + static_cast<double>(block.begin));
+  for (std::size_t i = 0; i < block.length; i += kLanes) {
+    store_unaligned(defined(first + number * step), result + i);
+    number += static_cast<double>(kLanes);
   }
 }
 
 void read_input(const Block& block, std::size_t input, double* result) noexcept {
   const float* const values = block.inputs[input].data() + block.begin;
-  for (std::uint32_t i = 0; i < block.count; ++i) {
-    const double value = static_cast<double>(values[i]);
+  const std::size_t whole = block.count / kLanes * kLanes;
+  for (std::size_t i = 0; i < whole; i += kLanes) {
+    store_unaligned(defined(_mm256_cvtps_pd(_mm_loadu_ps(values + i))), result + i);
+  }
+  for (std::size_t i = whole; i < block.length; ++i) {
+    const double value = i < block.count ? static_cast<double>(values[i]) : 0;
     result[i] = value == value ? value : 0;
   }
-  std::fill(result + block.count, result + block.length, 0.0);
 }
 
 void run_instruction(const Block& block, const Instruction& instruction) noexcept {
@@ -75,14 +79,28 @@ void run_instruction(const Block& block, const Instruction& instruction) noexcep
   });
 }
 
+/// As floats.
+void write_values(const Block& block, float* values) noexcept {
+  constexpr double kLargest = std::numeric_limits<float>::max();
+  Source result = block.source(block.program.result);
+  const std::size_t whole = block.count / kLanes * kLanes;
+  for (std::size_t i = 0; i < block.length; i += kLanes) {
+    const Lanes value = lesser(greater(load_unaligned(result.at), Lanes{} - kLargest), Lanes{} + kLargest);
+    const __m128 rounded = _mm256_cvtpd_ps(value);
+    if (i < whole) {
+      _mm_storeu_ps(values + i, rounded);
+    } else {
+      float last[kLanes];
+      _mm_storeu_ps(last, rounded);
+      std::copy_n(last, block.count - whole, values + whole);
+    }
+    result.at += result.step;
+  }
+}
+
 void run_block(const Block& block, float* values) noexcept {
   for (const Instruction& instruction : block.program.instructions) run_instruction(block, instruction);
-  constexpr double kLargest = std::numeric_limits<float>::max();
-  const Source result = block.source(block.program.result);
-  for (std::uint32_t i = 0; i < block.count; ++i) {
-    const double value = result.step == 0 ? *result.at : result.at[i];
-    values[i] = static_cast<float>(std::min(std::max(value, -kLargest), kLargest));
-  }
+  write_values(block, values);
 }
 
 }  // namespace
