@@ -174,7 +174,7 @@ void compare(const Case& each, std::uint64_t arguments) {
   EXPECT_LT(greatest, each.bound) << "at " << at.first << ", " << at.second << "; seed " << kSeed;
 }
 
-TEST_P(ElementaryTest, ErrsByLessThanOneUnitInTheLastPlace) { compare(GetParam(), 200'000); }
+TEST_P(ElementaryTest, ErrsByLessThanOneUnitInTheLastPlace) { compare(GetParam(), 500'000); }
 TEST_P(ElementaryTest, ErrsByLessThanOneUnitInTheLastPlaceNightly) { compare(GetParam(), 100'000'000); }
 
 INSTANTIATE_TEST_SUITE_P(Functions, ElementaryTest, testing::ValuesIn(kCases),
