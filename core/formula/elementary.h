@@ -34,15 +34,15 @@ struct SineCosine {
 SineCosine sine_cosine(Lanes angle) noexcept;
 /// Of angles in turns of 360 degrees, whose period is 1 exactly. Error: below 1. Within [-1, 1].
 SineCosine sine_cosine_of_turns(Lanes turns) noexcept;
-/// Error up to kLargestAngle: below 1. Finite.
+/// Error up to kLargestAngle: below 1.5. Finite.
 Lanes tangent(Lanes angle) noexcept;
 
-/// Error: below 1; where the value is subnormal, up to 1.
+/// Error: below 1.
 Lanes exponential(Lanes x) noexcept;
 /// Natural. Error: below 1. 0 where it isn't defined: of 0 and of what is negative.
 Lanes logarithm(Lanes x) noexcept;
-/// Error: below 1; where the value is subnormal, up to 1. pow(x, 0) is 1. A negative base needs an integer as exponent.
-/// 0 where it isn't defined: of other negative bases, and of 0 to what is negative.
+/// Error: below 1.5. 1 where the exponent is 0. A negative base needs an integer as exponent. 0 where it isn't defined:
+/// of other negative bases, and of 0 to what is negative.
 Lanes power(Lanes base, Lanes exponent) noexcept;
 
 /// The angle of (x, y) from the x axis, radians within [-pi, pi]. Error: below 1. 0 of (0, 0); the signs of zeros don't
