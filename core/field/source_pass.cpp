@@ -28,11 +28,21 @@ SourcePass::SourcePass(std::span<const ChannelSource* const> sources, std::span<
 
 void SourcePass::run(const LayerTarget& target, std::span<const VoxelRun> spans) {
   if (steps_.empty()) return;
-  constexpr std::size_t kRunsPerPoll = 256;
-  for (std::size_t i = 0; i < spans.size(); ++i) {
-    if (i % kRunsPerPoll == 0) target.cancel.throw_if_cancelled();
-    const VoxelRun held = target.window.clipped(spans[i]);
-    if (held.begin < held.end) run_row(target, held);
+  // Values don't depend on where the work on a row begins. Sources may take microseconds a voxel.
+  constexpr std::uint32_t kVoxelsPerPoll = 1024;
+  std::uint32_t since_poll = kVoxelsPerPoll;
+  for (const VoxelRun& span : spans) {
+    const VoxelRun held = target.window.clipped(span);
+    for (std::uint32_t begin = held.begin; begin < held.end;) {
+      if (since_poll >= kVoxelsPerPoll) {
+        target.cancel.throw_if_cancelled();
+        since_poll = 0;
+      }
+      const std::uint32_t end = begin + std::min(held.end - begin, kVoxelsPerPoll - since_poll);
+      run_row(target, {held.row, begin, end});
+      since_poll += end - begin;
+      begin = end;
+    }
   }
 }
 

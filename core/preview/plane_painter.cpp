@@ -197,7 +197,8 @@ void PlanePainter::State::evaluate(const SliceJob& layer, const Mat3& frame, std
   if (planes.channels().empty()) return;
   if (!solid_->has_several_regions()) regions = {};  // No channel jumps.
   LayerStats stats;
-  const bool has_own_range = layer.planes.front().content == PlaneContent::kChannel && !layer.planes.front().range;
+  const bool has_own_range =
+      !layer.planes.empty() && layer.planes.front().content == PlaneContent::kChannel && !layer.planes.front().range;
   const LayerTarget target{lattice, layer.grid.layer_z_mm(0), planes.channels(), stats,
                            cancel,  window_of(lattice),       window_of(lattice)};
   if (planes.need_solid()) {
@@ -214,14 +215,17 @@ PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage st
   const Contours contours = trace(layer, cancel);
   std::vector<VoxelRun> spans = rasterize(contours, layer.grid.lattice(), {}, cancel);
   std::vector<RegionRun> regions;
-  if (job.show.content != PreviewContent::kOccupancy) regions = regions_of(layer, contours, spans, cancel);
+  if (job.show.content != PreviewContent::kOccupancy || job.cut) regions = regions_of(layer, contours, spans, cancel);
   PartPlanes planes(layer, solid_->summary());
   evaluate(layer, frame_of(plane), spans, regions, stage, planes, cancel);
   if (layer.cut) {
     const LayerWindow window = window_of(layer.grid.lattice());
-    cut_runs(planes.cut(), window, spans,
-             [&](const VoxelRun& run) { planes.clear_run(window.index(run.begin, run.row), run.end - run.begin); });
-    cut_runs(planes.cut(), window, regions, [](const VoxelRun&) {});
+    const auto clear = [&](const VoxelRun& run) {
+      planes.clear_run(window.index(run.begin, run.row), run.end - run.begin);
+    };
+    cut_runs(planes.cut(), window, spans, clear, cancel);
+    cut_runs(
+        planes.cut(), window, regions, [](const VoxelRun&) {}, cancel);
   }
   std::vector<SampleImage> values;
   const bool shows_channel = job.show.content == PreviewContent::kChannel;

@@ -47,7 +47,7 @@ struct PartPainter::State {
   std::uint32_t slab_first = 0;
   std::vector<std::optional<PartShape>> slab;  // Those of its layers that were met.
   PartShape own;                               // That of the layer at hand, if there are no slabs.
-  PartShape uncut;                             // What the job leaves of it, if it cuts.
+  PartShape remaining;                         // What the job leaves of it, if it cuts.
   std::unique_ptr<State> whole;                // For layers of a region that need others of their voxels.
 
   State(std::shared_ptr<const Shared> the_shared, const LayerScope& the_scope)
@@ -158,17 +158,19 @@ struct PartPainter::State {
   }
 
   /// Leaves out what the job cuts.
-  void cut(PaintedPart& part) {
+  void cut(PaintedPart& part, const CancellationToken& cancel) {
     if (!job.cut) return;
-    uncut = *part.shape;
+    remaining = *part.shape;
     std::uint64_t voxels = 0;
-    cut_runs(planes.cut(), part.window, uncut.spans, [&](const VoxelRun& run) {
+    const auto clear = [&](const VoxelRun& run) {
       planes.clear_run(part.window.index(run.begin, run.row), run.end - run.begin);
       const VoxelRun counted = scope.region.clipped(run);
       voxels += counted.end - counted.begin;
-    });
-    cut_runs(planes.cut(), part.window, uncut.regions, [](const VoxelRun&) {});
-    part.shape = &uncut;
+    };
+    cut_runs(planes.cut(), part.window, remaining.spans, clear, cancel);
+    cut_runs(
+        planes.cut(), part.window, remaining.regions, [](const VoxelRun&) {}, cancel);
+    part.shape = &remaining;
     part.stats.voxels_inside -= voxels;
     part.stats.voxels_cut = voxels;
   }
@@ -206,7 +208,7 @@ struct PartPainter::State {
       if (!whole) whole = std::make_unique<State>(shared, whole_scope(job));
       return whole->paint(layer, cancel);
     }
-    cut(part);
+    cut(part, cancel);
     choose_materials(layer, part, cancel);
     return part;
   }

@@ -28,7 +28,9 @@
 #include "core/limit/limit_evaluator.h"
 #include "core/output/encodings.h"
 #include "core/output/plane.h"
+#include "core/raster/region_runs.h"
 #include "core/slicer/channel_tolerances.h"
+#include "core/slicer/cut.h"
 #include "core/slicer/cut_estimates.h"
 #include "core/slicer/layer_scope.h"
 #include "core/slicer/part_planes.h"
@@ -169,6 +171,19 @@ Boundary boundary_of(const LimitSolid& solid, const SliceJob& job, const LayerSc
   return {all, nodes, visited.most(), points.most(), rows.most(), crossings.most()};
 }
 
+bool needs_regions(const SliceJob& job) {
+  return shows_cell_regions(job) || (job.printing && !job.printing->cell_region_maps.empty());
+}
+
+/// Runs of a layer that is cut: what is left, while they are cut and after it, and what composing makes of that.
+double cut_bytes(const SliceJob& job, const LayerWindow& window) {
+  if (!job.cut) return 0;
+  constexpr double kCopies = 4;
+  const double voxels = static_cast<double>(window.columns) * window.rows;
+  const double runs = std::min(voxels / 2 + window.rows, static_cast<double>(most_cut_runs(window)));
+  return kGrowth * kCopies * runs * (sizeof(VoxelRun) + (needs_regions(job) ? sizeof(RegionRun) : 0));
+}
+
 /// `kept_layers`: those whose spans and contours are kept.
 double contour_bytes(const Boundary& boundary, const SliceJob& job, const LayerScope& scope, double kept_layers) {
   const double kept = std::max<double>(SurfaceTree::kKeptNodes, 8 * boundary.visited) + boundary.visited;
@@ -180,7 +195,7 @@ double contour_bytes(const Boundary& boundary, const SliceJob& job, const LayerS
   const double rows = scope.rows.end - scope.rows.begin;
   const double spans =
       std::min(boundary.crossings / 2 + rows, rows * (job.grid.extent.columns / 2 + 1.0)) * sizeof(VoxelRun);
-  const bool has_regions = shows_cell_regions(job) || (job.printing && !job.printing->cell_region_maps.empty());
+  const bool has_regions = needs_regions(job);
   const double shapes = (has_regions ? 3 : 1) * spans + (job.contours ? loops : 0);
   return kGrowth * (nodes * kNodeBytes + kCopiesOfPoints * loops + kept_layers * shapes) + crossings + row_begins;
 }
@@ -263,9 +278,9 @@ SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& can
   const double channels = static_cast<double>(std::ranges::count_if(
       all_channels(job), [&](const PlaneSpec& plane) { return of_solid.find(plane.channel).has_value(); }));
   const bool interpolates = channels > 0 && job.channel_tolerance != 0.0;
+  const LayerWindow window = common_window(window_of_solid(solid->summary(), job), scope.window);
   double shared = boundary.faces * 2 * sizeof(Box3),
-         slicer = source_bytes(job) +
-                  painted_bytes(job, common_window(window_of_solid(solid->summary(), job), scope.window));
+         slicer = source_bytes(job) + painted_bytes(job, window) + cut_bytes(job, window);
   slicer += contour_bytes(boundary, job, scope, interpolates ? kSlabLayers : 1);
   if (channels > 0) slicer += patches_of(*solid, VoxelBlocks::kPatchBytes);  // Of the inverter.
   std::optional<bool> tiles_fit;

@@ -9,7 +9,7 @@ option that ccslice gets later is refused until somebody lists it."""
 import re
 
 VALUE, FLAG = True, False
-_MESH = {"--cell-data": VALUE, "--grade": VALUE, "--merge-points": VALUE, "--regions-from": VALUE,
+_MESH = {"--cell-data": VALUE, "--grade": VALUE, "--leave-out": VALUE, "--merge-points": VALUE, "--regions-from": VALUE,
          "--sharp-angle": VALUE, "--size": VALUE, "--units": VALUE, "--allow-folds": FLAG, "--as-meshed": FLAG,
          "--center": FLAG, "--fit": FLAG, "--no-merge": FLAG, "--no-split": FLAG, "--on-bed": FLAG, "--part": FLAG,
          "--sharp-reentrant": FLAG, "--smooth": FLAG}
@@ -20,12 +20,13 @@ _PICTURES = {"--background": VALUE, "--channel": VALUE, "--channel-tolerance": V
              "--encoding": VALUE, "--flip": VALUE, "--format": VALUE, "--outside": VALUE, "--row-order": VALUE,
              "--all-channels": FLAG, "--cell-regions": FLAG, "--masks": FLAG, "--occupancy": FLAG,
              "--prove-channels": FLAG}
+_FIELDS = {"--cut-where": VALUE, "--field": VALUE}
 _MATERIALS = {"--halftone": VALUE, "--map": VALUE, "--material": VALUE, "--seed": VALUE, "--strict": FLAG}
 _SERVICE = {"--attempts": VALUE, "--patience": VALUE, "--timeout": VALUE, "--quiet": FLAG}
 # `ccslice plan` doesn't know these.
 _OF_SLICE = {"--contours": VALUE, "--layers": VALUE, "--split": VALUE, "--contours-by-cell-region": FLAG,
              "--no-contact-sheet": FLAG}
-KNOWN = {**_MESH, **_GRID, **_PLACEMENT, **_PICTURES, **_MATERIALS, **_SERVICE, **_OF_SLICE}
+KNOWN = {**_MESH, **_GRID, **_PLACEMENT, **_PICTURES, **_FIELDS, **_MATERIALS, **_SERVICE, **_OF_SLICE}
 SHORT = {"-q": "--quiet"}
 
 # Refused, with a reason that helps.

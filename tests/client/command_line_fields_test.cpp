@@ -33,13 +33,13 @@ class CommandLineFields : public CommandLine {
 
 TEST_F(CommandLineFields, CutOutWhatAFormulaSays) {
   const double all = voxels_of(manifest_of({"--occupancy"}, "all"));
-  const std::vector<std::string> cut = {"--occupancy", "--field", "half=x", "--cut-where", "half > 6"};
+  const std::vector<std::string> cut = {"--occupancy", "--field", "half = x", "--cut-where", "half > 6"};
   const std::string manifest = manifest_of(cut, "cut");
   const double left = voxels_of(manifest), cut_out = json_at(manifest, "voxels_cut").number_value();
   EXPECT_GT(left, 0);
   EXPECT_GT(cut_out, 0);
   EXPECT_EQ(left + cut_out, all);
-  EXPECT_EQ(json_at(manifest, "slice_job.cut").string_value(), "cut");
+  EXPECT_EQ(json_at(manifest, "slice_job.cut").string_value(), "cut-where");
 }
 
 TEST_F(CommandLineFields, GoIntoJobFilesAndOutOfThem) {
@@ -61,6 +61,7 @@ TEST_F(CommandLineFields, AreProbedAndPictured) {
   for (const std::vector<std::string>& picture : std::vector<std::vector<std::string>>{
            {"--channel", "far", "--plane", "z=5"},
            {"--channel", "far", "--sweep", "3"},
+           {"--plane", "z=5", "--cut-where", "x > 6"},
            {"--channel", "far", "--cut-where", "gyroid(x/5, y/5, z/5) < 0"},
            {"--channel", "far", "--cut-where", "gyroid(x/5, y/5, z/5) < 0", "--plane", "z=5"}}) {
     std::vector<std::string> command = {"picture", box_, "--field", "far=x + 100*y", "--force", "-o", path("a.png")};
@@ -78,11 +79,12 @@ TEST_F(CommandLineFields, AreRefusedByTheirOptionAndName) {
     return result.err;
   };
   EXPECT_THAT(plan({"--field", "gyroid(x,y,z)"}), HasSubstr("--field takes NAME=FORMULA"));
-  EXPECT_THAT(plan({"--field", "=x"}), HasSubstr("--field takes NAME=FORMULA"));
+  EXPECT_THAT(plan({"--field", " =x"}), HasSubstr("--field takes NAME=FORMULA"));
+  EXPECT_THAT(plan({"--field", "a=b", "--field", "b=x"}), HasSubstr("those before it only"));
   EXPECT_THAT(plan({"--field", "a=gyriod(x,y,z)", "--channel", "a"}),
               AllOf(HasSubstr("--field"), HasSubstr("\"a\", column 1"), HasSubstr("gyroid")));
   EXPECT_THAT(plan({"--cut-where", "1/x"}), HasSubstr("clamp"));
-  EXPECT_THAT(plan({"--cut-where", "x <"}), HasSubstr("\"cut\", column 4"));
+  EXPECT_THAT(plan({"--cut-where", "x <"}), HasSubstr("\"cut-where\", column 4"));
 }
 
 TEST_F(CommandLineFields, AreOnContactSheetsAndMixMaterials) {
@@ -106,7 +108,7 @@ TEST_F(CommandLineFields, SayThatContoursAreOfTheWholePart) {
 TEST_F(CommandLineFields, ThatLeaveNothingHaveNoPicture) {
   const ProcessResult drawn = run({"picture", box_, "--cut-where", "1", "-o", path("nothing.png")});
   EXPECT_EQ(drawn.exit_code, cli::kExitUsage);
-  EXPECT_THAT(drawn.err, HasSubstr("--cut-where leaves no voxel"));
+  EXPECT_THAT(drawn.err, HasSubstr("--cut-where leaves nothing"));
 }
 
 }  // namespace

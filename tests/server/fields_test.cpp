@@ -204,6 +204,22 @@ TEST_F(Fields, AreProbed) {
   request.clear_fields();  // They go on.
   v1::ProbePointsResponse second;
   ASSERT_TRUE(stream->Write(request) && stream->Read(&second));
+  // Bounds of a field of the world move along with the part.
+  v1::Field& up = *request.add_fields();
+  up.set_name("up");
+  up.set_formula("z");
+  up.set_frame(v1::FIELD_FRAME_WORLD);
+  v1::ProbePointsResponse moved;
+  ASSERT_TRUE(stream->Write(request) && stream->Read(&moved));
+  request.clear_fields();
+  request.clear_points_mm();
+  for (const double entry : {1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 100.0}) {
+    request.mutable_placement()->add_matrix(entry);
+  }
+  for (const double number : {2.0, 3.0, 104.0}) request.add_points_mm(number);
+  ASSERT_TRUE(stream->Write(request) && stream->Read(&moved));
+  ASSERT_EQ(moved.channel_values_size(), 2);
+  EXPECT_NEAR(moved.channel_values(1), 104, 1e-4);
   stream->WritesDone();
   EXPECT_TRUE(stream->Finish().ok());
   ASSERT_EQ(answer.channel_values_size(), 6);
@@ -251,8 +267,12 @@ TEST_F(Fields, ArePreviewedOnPlanesAndLayers) {
   layer.mutable_plane()->mutable_layer()->set_layer(7);
   *layer.mutable_plane()->mutable_layer()->mutable_job() = *job_;
   EXPECT_NEAR(range_of(layer).max(), 0.75, 1e-6);
-  stream->WritesDone();
-  EXPECT_TRUE(stream->Finish().ok());
+  layer.set_number(3);
+  *layer.add_fields() = request.fields(0);
+  EXPECT_TRUE(stream->Write(layer));
+  v1::PreviewResponse none;
+  EXPECT_FALSE(stream->Read(&none)) << "a layer has its job's";
+  EXPECT_EQ(failure_of(stream->Finish()).reason, "REQUEST_MALFORMED");
 }
 
 TEST_F(Fields, AreRefusedWithTheirNameAndTheRemedy) {
@@ -267,7 +287,8 @@ TEST_F(Fields, AreRefusedWithTheirNameAndTheRemedy) {
       {"a", "x + heigth", "FIELD_INVALID", "job.fields[0].formula", "heigth"},
       {"a", "1/x", "FIELD_INVALID", "job.fields[0].formula", "clamp(..., low, high)"},
       {"x", "y", "CHANNEL_REPEATED", "job.fields[0]", "already"},
-      {"a", "\"a\"", "FIELD_INVALID", "job.fields[0].formula", "\"a\""},
+      {"a", "\"a\"", "FIELD_INVALID", "job.fields[0].formula", "those before it only"},
+      {"a", "1e308*1e308", "FIELD_INVALID", "job.fields[0].formula", "too large"},
       {"a", std::string(100'000, '('), "FIELD_INVALID", "job.fields[0].formula", "4096"},
   };
   for (const Case& each : cases) {
@@ -289,6 +310,8 @@ TEST_F(Fields, AreRefusedWithoutKindRangeFrameOrEnd) {
   job_->mutable_fields(0)->mutable_range()->set_min(1);
   EXPECT_EQ(failure().reason, "VALUE_RANGE_INVALID");
   job_->mutable_fields(0)->mutable_range()->set_max(std::nan(""));
+  EXPECT_EQ(failure().field, "job.fields[0].range");
+  job_->mutable_fields(0)->mutable_range()->set_max(1e300);
   EXPECT_EQ(failure().field, "job.fields[0].range");
   job_->mutable_fields(0)->clear_range();
   job_->mutable_fields(0)->set_frame(static_cast<v1::FieldFrame>(9));

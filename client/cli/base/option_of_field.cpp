@@ -36,7 +36,7 @@ constexpr std::array<FieldOption, 46> kOptions = {{
     {"planes[].cell_regions", "--cell-regions"},
     {"planes[].encoding", "--encoding"},
     {"planes", "--channel"},
-    {"fields", "--field"},
+    {"fields", "--field or --cut-where"},
     {"cut", "--cut-where"},
     {"printing.materials", "--material"},
     {"printing.map", "--map"},

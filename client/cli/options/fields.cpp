@@ -12,7 +12,7 @@
 namespace ccslice::cli {
 namespace {
 
-constexpr const char* kCutName = "cut";
+constexpr const char* kCutName = "cut-where";
 
 /// Takes "world:" away, if the text begins with it, and notes the frame.
 std::string_view formula_in_frame(std::string_view text, v1::Field& field) {
@@ -22,15 +22,21 @@ std::string_view formula_in_frame(std::string_view text, v1::Field& field) {
   return text.substr(kWorld.size());
 }
 
+std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(' ');
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
+}
+
 v1::Field parse_field(std::string_view text) {
   v1::Field field;
   const std::string_view pair = formula_in_frame(text, field);
   const std::size_t equals = pair.find('=');
-  if (equals == std::string_view::npos || equals == 0 || equals + 1 == pair.size()) {
+  if (equals == std::string_view::npos || trimmed(pair.substr(0, equals)).empty() || equals + 1 == pair.size()) {
     throw UsageError("--field takes NAME=FORMULA or world:NAME=FORMULA, such as 'shade=clamp(z/10, 0, 1)', not '" +
                      std::string(text) + "'");
   }
-  field.set_name(std::string(pair.substr(0, equals)));
+  field.set_name(std::string(trimmed(pair.substr(0, equals))));
   field.set_formula(std::string(pair.substr(equals + 1)));
   return field;
 }
@@ -50,10 +56,9 @@ void add_field_options(CLI::App& command, FieldOptions& options) {
 
 void add_cut_option(CLI::App& command, FieldOptions& options) {
   const OptionGroup group(command, "Fields");
-  command.add_option(
-      "--cut-where", options.cut,
-      "Leave out the voxels where this formula is true, as outside the part: --cut-where "
-      "'gyroid(x/5, y/5, z/5) < 0' leaves a lattice. Contours and surfaces stay those of the whole part");
+  command.add_option("--cut-where", options.cut,
+                     "Leave out the voxels where this formula is true, as outside the part: --cut-where "
+                     "'gyroid(x/5, y/5, z/5) < 0' leaves a lattice. Contours stay those of the whole part");
 }
 
 std::vector<v1::Field> parse_fields(const FieldOptions& options) {

@@ -335,7 +335,8 @@ class Client:
                 size: Tuple[int, int] = (512, 512), channel: Optional[str] = None, colours: str = "viridis",
                 value_range: Optional[Tuple[float, float]] = None, printing: Optional[Printing] = None,
                 placement: Any = None, coarse: bool = False, contours: bool = False, lines: Optional[float] = None,
-                every: bool = False, fields: Optional[Fields] = None, cut: str = "") -> Iterator[Preview]:
+                every: bool = False, fields: Optional[Fields] = None,
+                cut: str = "") -> Iterator[Preview]:
         """Pictures of cuts, as they come.
 
         planes: where to cut. They are taken as fast as they come, also while a picture is made; of those that come
@@ -358,7 +359,8 @@ class Client:
 
         def request(number: int, plane: Plane) -> preview_pb2.PreviewRequest:
             message = preview_pb2.PreviewRequest(number=number, plane=plane_message(plane, mm_per_pixel), width=width,
-                                                 height=height, content=content, coarse=coarse, contours=contours, cut=cut,
+                                                 height=height, content=content, coarse=coarse, contours=contours,
+                                                 cut=cut,
                                                  encoding=preview_pb2.PREVIEW_ENCODING_RGBA)
             add_fields(message, fields or {})
             if number == 1:

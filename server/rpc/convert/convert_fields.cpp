@@ -49,39 +49,61 @@ FormulaFrame to_frame(v1::FieldFrame frame, const std::string& path) {
          std::to_string(static_cast<int>(frame)) + " isn't a frame that this server knows; ask for PART or WORLD");
 }
 
-Formula parse(const v1::Field& message, const std::vector<ChannelRange>& channels, const std::string& path) {
+using Fields = google::protobuf::RepeatedPtrField<v1::Field>;
+
+/// Whether the formula of a field can be read once it may read itself and those behind it.
+bool reads_ahead(const Fields& all, int field, std::vector<std::string> names) {
+  for (int i = field; i < all.size(); ++i) names.push_back(all[i].name());
+  try {
+    (void)Formula::parse(all[field].formula(), names);
+    return true;
+  } catch (const FormulaError&) {
+    return false;
+  }
+}
+
+Formula parse(const Fields& all, int field, const std::vector<ChannelRange>& channels, const std::string& path) {
+  const v1::Field& message = all[field];
   std::vector<std::string> names;
   for (const ChannelRange& channel : channels) names.push_back(channel.name);
   try {
     return Formula::parse(message.formula(), names);
   } catch (const FormulaError& error) {
-    refuse(ErrorCode::kFieldInvalid, path + ".formula", quoted_name(message) + ", " + error.what());
+    const std::string order = reads_ahead(all, field, names) ? "; a field reads those before it only" : "";
+    refuse(ErrorCode::kFieldInvalid, path + ".formula", quoted_name(message) + ", " + error.what() + order);
   }
 }
 
-/// Of all values that the formula may have in the box, or what the client says.
+bool is_float(double value) { return std::abs(value) <= std::numeric_limits<float>::max(); }
+
+/// What floats a channel's values may be rounded to.
+Interval rounded(const ChannelRange& range) {
+  constexpr float kEnd = std::numeric_limits<float>::infinity();
+  return {std::nextafter(static_cast<float>(range.min), -kEnd), std::nextafter(static_cast<float>(range.max), kEnd)};
+}
+
+/// All values that the formula may have in the box, or what the client says.
 ChannelRange range_of(const v1::Field& message, const Formula& formula, const std::vector<ChannelRange>& channels,
                       const Box3& box, const std::string& path) {
   if (message.has_range()) {
     const double low = message.range().min(), high = message.range().max();
-    if (low < high && std::isfinite(low) && std::isfinite(high) && std::isfinite(high - low)) {
+    if (low < high && is_float(low) && is_float(high)) {
       return {message.name(), low, high};
     }
     refuse(ErrorCode::kValueRangeInvalid, path + ".range",
            quoted_name(message) + ", " + number_text(low) + " to " + number_text(high) +
-               " isn't a finite range; give min below max");
+               " isn't a range of floats; give min below max");
   }
   std::vector<Interval> inputs;
   for (const std::string& name : formula.inputs()) {
     const auto channel = std::ranges::find(channels, name, &ChannelRange::name);
-    inputs.push_back({channel->min, channel->max});
+    inputs.push_back(rounded(*channel));
   }
   const Interval bounds = formula.bounds(box, inputs);
-  const auto is_float = [](double value) { return std::abs(value) <= std::numeric_limits<float>::max(); };
   if (is_float(bounds.low) && is_float(bounds.high)) return {message.name(), bounds.low, bounds.high};
   refuse(ErrorCode::kFieldInvalid, path + ".formula",
          quoted_name(message) +
-             ": its values have no bounds that could be found, as where a divisor may be 0; bound them with "
+             ": no bounds of its values are found, as where a divisor may be 0 or a product too large; bound them with "
              "clamp(..., low, high), or give the field a range");
 }
 
@@ -105,7 +127,7 @@ ChannelSources to_sources(const google::protobuf::RepeatedPtrField<v1::Field>& m
       refuse(ErrorCode::kFieldInvalid, path,
              quoted_name(message) + " has nothing that this server knows to take values from; give a formula");
     }
-    Formula formula = parse(message, channels, path);
+    Formula formula = parse(messages, i, channels, path);
     const Box3& box = frame == FormulaFrame::kWorld ? world_box : solid.bounding_box;
     ChannelRange range = range_of(message, formula, channels, box, path);
     channels.push_back(range);

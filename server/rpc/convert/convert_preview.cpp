@@ -130,6 +130,9 @@ LayerPreview to_layer(const v1::PreviewRequest& request, std::span<const std::sh
   if (request.width() != 0 || request.height() != 0) {
     malformed("a layer is as wide and high as its region: leave width and height out", "width");
   }
+  if (!request.fields().empty() || !request.cut().empty()) {
+    malformed("a layer has the fields and the cut of its job: leave fields and cut out", "fields");
+  }
   LayerPreview preview{to_parts_of_layer(plane, solids, limits, cancel), {}, plane.layer()};
   PlacedParts& parts = preview.parts;
   validate_layer(plane.layer(), parts.front().job);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <unordered_set>
@@ -156,11 +157,10 @@ Printing printing_of(const v1::SliceJob& message, int part, const LimitSolid& so
   });
 }
 
-/// `parts_box`: of all parts.
-SliceJob job_of_part(const v1::SliceJob& message, int part, const LimitSolid& solid, const Box3& parts_box,
+SliceJob job_of_part(const v1::SliceJob& message, int part, const LimitSolid& solid, ChannelSources sources,
                      const google::protobuf::RepeatedPtrField<v1::PlaneSpec>& planes) {
   SliceJob job;
-  job.sources = to_sources(message.fields(), solid.summary(), parts_box);
+  job.sources = std::move(sources);
   if (!message.cut().empty()) job.cut = message.cut();
   if (message.has_printing()) job.printing = printing_of(message, part, solid, job.sources);
   job.planes = to_planes(planes, solid.summary(), job.printing);
@@ -265,13 +265,15 @@ PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::sh
   std::optional<VoxelBox> region;
   if (message.has_region()) region = to_region(message.region(), grid);
   const auto planes = planes_of_all(message, parts);
+  std::map<const LimitSolid*, ChannelSources> sources;  // Parts of one mesh have the same.
   std::vector<SliceJob> jobs(static_cast<std::size_t>(message.parts_size()));
   std::uint64_t copied_bytes = 0;
   check_parts(message, [&](int p) {
     cancel.throw_if_cancelled();
     const LimitSolid& solid = *solids[static_cast<std::size_t>(p)];
     renaming({}, naming(message, p), [&] {
-      SliceJob& job = jobs[static_cast<std::size_t>(p)] = job_of_part(message, p, solid, box, planes);
+      if (!sources.contains(&solid)) sources[&solid] = to_sources(message.fields(), solid.summary(), box);
+      SliceJob& job = jobs[static_cast<std::size_t>(p)] = job_of_part(message, p, solid, sources[&solid], planes);
       job.grid = grid;
       job.region = region;
       validate_job(solid, job, limits);

@@ -42,11 +42,11 @@ Printing printing_with(MaterialMap map) {
 TEST(ValuesOffMap, AreThoseOfSourcesToo) {
   const auto solid = prepare_solid(block());
   const double high = solid->summary().channels[0].max;
-  const ChannelSources sources = {std::make_shared<ChannelFunction>(
-      ChannelRange{"raised", -1000, 1000}, std::vector<std::string>{"z"},
-      [high](const Vec3& world, const Vec3&, std::span<const float> inputs) {
-        return inputs[0] + (world.x() < 100 ? 0 : static_cast<float>(high));
-      })};
+  const ChannelSources sources = {
+      std::make_shared<ChannelFunction>(ChannelRange{"raised", -1000, 1000}, std::vector<std::string>{"z"},
+                                        [high](const Vec3& world, const Vec3&, std::span<const float> inputs) {
+                                          return inputs[0] + (world.x() < 100 ? 0 : static_cast<float>(high));
+                                        })};
   const Printing printing = printing_with({BlendMap{"raised", {{0, 1}, {high, 2}}}});
   EXPECT_THAT(find_values_off_maps(printing, *solid, sources), IsEmpty()) << "its range is wider than its values are";
   Placement moved = Placement::Identity();

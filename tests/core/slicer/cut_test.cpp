@@ -199,6 +199,43 @@ TEST_F(CutTest, IsShownByPreviews) {
   EXPECT_EQ(after.pixels_inside, kept);
   EXPECT_GT(kept, before.pixels_inside / 4);
   EXPECT_LT(kept, before.pixels_inside * 3 / 4);
+  preview.show.printing = std::make_shared<const Printing>(two_materials());
+  preview.voxels = whole_.grid;
+  for (const PreviewContent content : {PreviewContent::kOccupancy, PreviewContent::kMix, PreviewContent::kHalftone}) {
+    preview.show.content = content;
+    EXPECT_EQ(painter.paint(preview, PreviewStage::kFull, {}).pixels_inside, kept);
+    EXPECT_GT(painter.paint(preview, PreviewStage::kCoarse, {}).pixels_inside, 0u);
+  }
+}
+
+TEST_F(CutTest, ThatLeavesTooManyRunsIsRefused) {
+  PlaneSpec spec;
+  spec.content = PlaneContent::kChannel;
+  spec.sample_type = SampleType::kFloat32;
+  ContonePlane plane(spec, {"every second", 0, 1}, std::nullopt);
+  const LayerWindow window{0, 0, 4096, 1024};
+  plane.clear(window.columns, window.rows);
+  std::vector<float> row(window.columns);
+  for (std::uint32_t x = 0; x < window.columns; ++x) row[x] = static_cast<float>(x % 2);
+  std::vector<VoxelRun> runs;
+  for (std::uint32_t y = 0; y < window.rows; ++y) {
+    plane.set_values(window.index(0, y), row);
+    runs.push_back({y, 0, window.columns});
+  }
+  std::vector<VoxelRun> some(runs.begin(), runs.begin() + 3);
+  const auto ignore = [](const VoxelRun&) {};
+  cut_runs(plane, window, some, ignore, {});
+  EXPECT_EQ(some.size(), 3u * window.columns / 2);
+  try {
+    cut_runs(plane, window, runs, ignore, {});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kFieldInvalid);
+    EXPECT_EQ(error.field(), "cut");
+  }
+  const CancellationToken cancel = CancellationToken::make();
+  cancel.cancel();
+  EXPECT_THROW(cut_runs(plane, window, runs, ignore, cancel), Error);
 }
 
 }  // namespace
