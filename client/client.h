@@ -160,7 +160,7 @@ class Client {
   /// `pin` may be null. With CallOptions::split layers that come too early are kept, in up to 256 MiB.
   SliceOutcome slice(const v1::SliceRangeRequest& request, const LayerCallback& on_layer, const CallOptions& call = {},
                      SlicePin* pin = nullptr);
-  /// What is at points, in batches. `setting`: the mesh, where it is, and which fields; its points don't count. `take`
+  /// Probes points, in batches. `setting`: the mesh, where it is, and which fields; its points don't count. `take`
   /// gets their answers in order, each once, while another thread calls `next`. A stream that breaks goes on with those
   /// that have no answer yet, which are some batches at most, so memory is bounded. What `next` throws is thrown when
   /// all that it gave before is answered; what `take` throws, at once.

@@ -13,7 +13,7 @@ namespace {
 /// The bits of four doubles.
 using LaneBits = long long __attribute__((vector_size(8 * kLanes)));
 
-/// What comparisons of Lanes give.
+/// A comparison of Lanes: all bits of a lane are set where it holds.
 using LaneMask = decltype(Lanes{} < Lanes{});
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -79,8 +79,8 @@ Pair flipped(Pair pair, LaneBits sign) noexcept {
   return {of_bits(bits_of(pair.high) ^ sign), of_bits(bits_of(pair.low) ^ sign)};
 }
 
-/// Of the angle `quarters` * pi/2 + rest, where `quarters` is an integer plus kRounder, and the rest within
-/// [-pi/4, pi/4] or little more. To some 55 bits.
+/// Sine and cosine of the angle `quarters` * pi/2 + rest, where `quarters` is an integer plus kRounder, and the rest
+/// within [-pi/4, pi/4] or little more. To some 55 bits.
 SineCosinePair in_quadrant(Lanes quarters, Pair rest) noexcept {
   const Lanes square = rest.high * rest.high;
   const Lanes half = 0.5 * square;
@@ -210,7 +210,7 @@ Lanes power(Lanes base, Lanes exponent) noexcept {
   const Lanes product_low = fused(times, log_of_base.high, -product) + times * log_of_base.low;
   Lanes value = exponential_of(exact_sum(product, product_low));
   const LaneMask positive = exponent > 0.0, negative = exponent < 0.0;
-  // Of 0 to a negative power there is no value, and infinity's is 0.
+  // A negative power of 0 isn't defined, and that of infinity is 0.
   const Lanes beyond = (size > 0.0) & positive ? all(kInfinity) : Lanes{};
   value = ordinary ? value : beyond;
   value = positive | negative ? value : all(1.0);
@@ -227,7 +227,7 @@ Lanes angle_of(Lanes y, Lanes x) noexcept {
   const Lanes across = lesser(absolute(x), all(kLargest)), along = lesser(absolute(y), all(kLargest));
   const LaneMask steep = along > across;
   const Lanes greatest = steep ? along : across, least = steep ? across : along;
-  // Of numbers that are neither too large to be added nor too small to be divided by.
+  // Scaled so that numbers are neither too large to be added nor too small to be divided by.
   const Lanes scale = greatest > 0x1p1000 ? all(0x1p-4) : greatest < 0x1p100 ? all(0x1p500) : all(1.0);
   const Lanes a = least * scale, b = greatest * scale;
   const LaneMask turned = a > b * kTangent;

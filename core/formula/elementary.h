@@ -30,9 +30,9 @@ struct SineCosine {
   Lanes sine, cosine;
 };
 
-/// Of angles in radians. Error up to kLargestAngle: below 1. Within [-1, 1].
+/// `angle`: radians. Error up to kLargestAngle: below 1. Within [-1, 1].
 SineCosine sine_cosine(Lanes angle) noexcept;
-/// Of angles in turns of 360 degrees, whose period is 1 exactly. Error: below 1. Within [-1, 1].
+/// `turns`: of 360 degrees, so that the period is 1 exactly. Error: below 1. Within [-1, 1].
 SineCosine sine_cosine_of_turns(Lanes turns) noexcept;
 /// Error up to kLargestAngle: below 1.5. Finite.
 Lanes tangent(Lanes angle) noexcept;

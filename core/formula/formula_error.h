@@ -9,10 +9,16 @@
 #include <cstddef>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+
+#include "core/base/echo.h"
 
 namespace ccslice {
 
 /// The message begins with the column: "column 7: no function is called "gyriod"; did you mean "gyroid"?".
+/// A user's text in messages.
+inline std::string double_quoted(std::string_view text) { return '"' + echoed(text) + '"'; }
+
 class FormulaError : public std::runtime_error {
  public:
   FormulaError(std::size_t column, const std::string& complaint)

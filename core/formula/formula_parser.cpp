@@ -34,10 +34,8 @@ struct NamedCandidate {
   std::string name;
 };
 
-std::string in_quotes(std::string_view text) { return '"' + echoed(text) + '"'; }
-
 std::string shown(const Token& token) {
-  return token.kind == Token::Kind::kEnd ? "the end of the formula" : in_quotes(token.text);
+  return token.kind == Token::Kind::kEnd ? "the end of the formula" : double_quoted(token.text);
 }
 
 class Parser {
@@ -240,22 +238,26 @@ class Parser {
       fail_at_call(name, known);
     }
     if (function != nullptr) {
-      fail(name, in_quotes(name.text) + " is a function; write its values behind it, in parentheses" +
+      fail(name, double_quoted(name.text) + " is a function; write its values behind it, in parentheses" +
                      (known ? ", or the channel's name in double quotes" : ""));
     }
-    if (std::ranges::find(formula_variables(), name.text) != formula_variables().end()) return variable(name.text);
+    if (is_variable(name.text)) return variable(name.text);
     if (known) return channel(name.text);
-    fail(name, "no channel or coordinate is called " + in_quotes(name.text) + hint(name.text, true, true));
+    fail(name, "no channel or coordinate is called " + double_quoted(name.text) + hint(name.text, true));
+  }
+
+  static bool is_variable(std::string_view name) {
+    return std::ranges::find(formula_variables(), name) != formula_variables().end();
   }
 
   [[noreturn]] void fail_at_call(const Token& name, bool known) const {
-    const bool is_variable = std::ranges::find(formula_variables(), name.text) != formula_variables().end();
-    if (known || is_variable)
-      fail(next(), "\"*\" is missing behind " + in_quotes(name.text) + ", which is no function");
+    if (known || is_variable(name.text)) {
+      fail(next(), "\"*\" is missing behind " + double_quoted(name.text) + ", which is no function");
+    }
     std::vector<NamedCandidate> functions;
     for (const FormulaFunction& each : formula_functions()) functions.push_back({each.name});
     const std::string near = hint_of_name(functions, name.text, '"');
-    fail(name, "no function is called " + in_quotes(name.text) +
+    fail(name, "no function is called " + double_quoted(name.text) +
                    (near.empty() ? "; write one of " + choice_text(functions) : near));
   }
 
@@ -286,7 +288,7 @@ class Parser {
   [[noreturn]] void fail_at_values(const Token& name, const FormulaFunction& function, std::size_t given) const {
     const std::string least = std::to_string(function.least);
     const bool several = function.least != 1;
-    fail(name, in_quotes(name.text) + " takes " + least + (function.most != function.least ? " or more" : "") +
+    fail(name, double_quoted(name.text) + " takes " + least + (function.most != function.least ? " or more" : "") +
                    (several ? " values, " : " value, ") + std::to_string(given) + (given == 1 ? " is" : " are") +
                    " given");
   }
@@ -305,7 +307,7 @@ class Parser {
 
   Value channel_in_quotes(const Token& name) {
     if (std::ranges::find(channels_, name.text) != channels_.end()) return channel(name.text);
-    fail(name, "no channel is called " + in_quotes(name.text) + hint(name.text, false, true));
+    fail(name, "no channel is called " + double_quoted(name.text) + hint(name.text, false));
   }
 
   Value channel(const std::string& name) {
@@ -316,10 +318,10 @@ class Parser {
   }
 
   /// The nearest name, or else all channels.
-  std::string hint(const std::string& name, bool variables, bool channels) const {
-    std::vector<NamedCandidate> candidates, known;
+  std::string hint(const std::string& name, bool variables) const {
+    std::vector<NamedCandidate> known;
     for (const std::string& each : channels_) known.push_back({each});
-    if (channels) candidates = known;
+    std::vector<NamedCandidate> candidates = known;
     if (variables) {
       for (const std::string& each : formula_variables()) candidates.push_back({each});
     }

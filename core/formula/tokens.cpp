@@ -9,7 +9,6 @@
 #include <system_error>
 #include <utility>
 
-#include "core/base/echo.h"
 #include "core/base/utf8.h"
 #include "core/formula/formula_error.h"
 
@@ -21,8 +20,6 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool begins_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool continues_name(char c) { return begins_name(c) || is_digit(c); }
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
-
-std::string quoted(std::string_view text) { return '"' + echoed(text) + '"'; }
 
 class Tokenizer {
  public:
@@ -72,12 +69,12 @@ class Tokenizer {
       skip_digits();
     }
     Token token{Token::Kind::kNumber, std::string(since(begin)), 0, column(begin)};
-    if (begins_name(peek())) fail(at_, "\"*\" is missing behind the number " + quoted(token.text));
-    if (peek() == '.') fail(at_, "the number " + quoted(token.text) + " has a second decimal point; remove one");
+    if (begins_name(peek())) fail(at_, "\"*\" is missing behind the number " + double_quoted(token.text));
+    if (peek() == '.') fail(at_, "the number " + double_quoted(token.text) + " has a second decimal point; remove one");
     const auto parsed = std::from_chars(token.text.data(), token.text.data() + token.text.size(), token.number);
     if (parsed.ec != std::errc()) {
       fail(begin,
-           "the number " + quoted(token.text) + " is too large or too small: write one of 1e-307 to 1e308, or 0");
+           "the number " + double_quoted(token.text) + " is too large or too small: write one of 1e-307 to 1e308, or 0");
     }
     return token;
   }
@@ -134,7 +131,7 @@ class Tokenizer {
       if (text_[at_] == character) fail(at_, remedy);
     }
     const std::size_t length = std::max<std::size_t>(utf8_sequence_length(text_.substr(at_)), 1);
-    fail(at_, quoted(text_.substr(at_, length)) +
+    fail(at_, double_quoted(text_.substr(at_, length)) +
                   " is no part of formulas; names with other characters than letters, digits and _ are written in "
                   "double quotes");
   }

@@ -219,13 +219,8 @@ PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage st
   PartPlanes planes(layer, solid_->summary());
   evaluate(layer, frame_of(plane), spans, regions, stage, planes, cancel);
   if (layer.cut) {
-    const LayerWindow window = window_of(layer.grid.lattice());
-    const auto clear = [&](const VoxelRun& run) {
-      planes.clear_run(window.index(run.begin, run.row), run.end - run.begin);
-    };
-    cut_runs(planes.cut(), window, spans, clear, cancel);
-    cut_runs(
-        planes.cut(), window, regions, [](const VoxelRun&) {}, cancel);
+    cut_part(
+        planes, window_of(layer.grid.lattice()), spans, regions, [](const VoxelRun&) {}, cancel);
   }
   std::vector<SampleImage> values;
   const bool shows_channel = job.show.content == PreviewContent::kChannel;

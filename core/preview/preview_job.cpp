@@ -51,8 +51,9 @@ void validate_colours(const SolidSummary& summary, const PreviewColours& show, c
 void validate_preview(const SolidSummary& summary, const PreviewJob& job, const SliceLimits& limits) {
   validate_placement(job.placement, summary.bounding_box, limits);
   validate_plane(job.plane, limits);
-  ChannelTable(summary.channels, job.sources).validate_sources();
-  if (job.cut) ChannelTable(summary.channels, job.sources).require(*job.cut, "cut");
+  const ChannelTable channels(summary.channels, job.sources);
+  channels.validate_sources();
+  if (job.cut) channels.require(*job.cut, "cut");
   validate_colours(summary, job.show, job.sources);
   if (!shows_printing(job.show)) return;
   if (job.show.content == PreviewContent::kHalftone && job.show.printing->halftone.traits().carries_errors) {

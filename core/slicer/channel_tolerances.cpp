@@ -32,10 +32,10 @@ class ToleranceList {
     for (const PlaneSpec& plane : mixed_channels(job)) {
       add(plane.channel, steepest_span(*job.printing, plane.channel), default_channel_tolerance(SampleType::kUint8));
     }
-    std::vector<PlaneSpec> others = cut_channels(job);
-    for (const PlaneSpec& plane : read_channels(job)) others.push_back(plane);
-    for (const PlaneSpec& plane : others) {
-      add(plane.channel, std::numeric_limits<double>::infinity(), default_channel_tolerance(plane.sample_type));
+    for (const std::vector<PlaneSpec>& planes : {cut_channels(job), read_channels(job)}) {
+      for (const PlaneSpec& plane : planes) {
+        add(plane.channel, std::numeric_limits<double>::infinity(), default_channel_tolerance(plane.sample_type));
+      }
     }
   }
   std::vector<ChannelTolerance> take() { return std::move(list_); }

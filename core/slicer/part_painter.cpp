@@ -162,14 +162,11 @@ struct PartPainter::State {
     if (!job.cut) return;
     remaining = *part.shape;
     std::uint64_t voxels = 0;
-    const auto clear = [&](const VoxelRun& run) {
-      planes.clear_run(part.window.index(run.begin, run.row), run.end - run.begin);
+    const auto count = [&](const VoxelRun& run) {
       const VoxelRun counted = scope.region.clipped(run);
       voxels += counted.end - counted.begin;
     };
-    cut_runs(planes.cut(), part.window, remaining.spans, clear, cancel);
-    cut_runs(
-        planes.cut(), part.window, remaining.regions, [](const VoxelRun&) {}, cancel);
+    cut_part(planes, part.window, remaining.spans, remaining.regions, count, cancel);
     part.shape = &remaining;
     part.stats.voxels_inside -= voxels;
     part.stats.voxels_cut = voxels;

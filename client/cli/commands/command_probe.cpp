@@ -162,7 +162,7 @@ void run_probe(Session& session, const ProbeOptions& options) {
   Points points(options);
   v1::ProbePointsRequest setting;
   *setting.mutable_placement() = parse_placement(options.placement);
-  for (v1::Field& field : parse_fields(options.fields)) *setting.add_fields() = std::move(field);
+  *setting.mutable_fields() = parse_fields(options.fields);
   setting.set_mesh_id(ensure_on_server(session, options.mesh, options.placement));
   const v1::MeshSummary mesh = session.client().mesh_summary(setting.mesh_id(), session.call());
   std::vector<std::string> channels;

@@ -147,7 +147,7 @@ v1::SliceJob parts_of(const JobOptions& options) {
 }
 
 void add_fields(const JobOptions& options, v1::SliceJob& job) {
-  for (v1::Field& field : parse_fields(options.fields)) *job.add_fields() = std::move(field);
+  *job.mutable_fields() = parse_fields(options.fields);
   job.set_cut(cut_of(options.fields));
 }
 

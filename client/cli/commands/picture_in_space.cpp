@@ -114,9 +114,10 @@ DrawnPicture draw_in_space(Session& session, const PictureOptions& options, cons
     constexpr double kVoxelCreaseDeg = 60;  // Voxels are steps, however smooth the part is.
     surface = voxel_surface(block);
     view.crease_deg = kVoxelCreaseDeg;
-    if (surface.triangles.empty())
+    if (surface.triangles.empty()) {
       throw UsageError(
           "--cut-where leaves nothing that the voxels of this picture show; cut less, or give more --voxels");
+    }
   }
   Picture picture = draw_cut_view(surface, block, view);
   if (!options.no_legend) picture = with_legend(std::move(picture), block.legend, legend_scale(view.width));

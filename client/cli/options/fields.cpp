@@ -4,7 +4,6 @@
 #include "client/cli/options/fields.h"
 
 #include <string_view>
-#include <utility>
 
 #include "client/cli/base/option_group.h"
 #include "client/cli/base/text_values.h"
@@ -57,15 +56,15 @@ void add_field_options(CLI::App& command, FieldOptions& options) {
 void add_cut_option(CLI::App& command, FieldOptions& options) {
   const OptionGroup group(command, "Fields");
   command.add_option("--cut-where", options.cut,
-                     "Leave out the voxels where this formula is true, as outside the part: --cut-where "
+                     "Leave out the voxels where this formula holds, as outside the part: --cut-where "
                      "'gyroid(x/5, y/5, z/5) < 0' leaves a lattice. Contours stay those of the whole part");
 }
 
-std::vector<v1::Field> parse_fields(const FieldOptions& options) {
-  std::vector<v1::Field> fields;
-  for (const std::string& text : options.fields) fields.push_back(parse_field(text));
+google::protobuf::RepeatedPtrField<v1::Field> parse_fields(const FieldOptions& options) {
+  google::protobuf::RepeatedPtrField<v1::Field> fields;
+  for (const std::string& text : options.fields) *fields.Add() = parse_field(text);
   if (options.cut.empty()) return fields;
-  v1::Field& cut = fields.emplace_back();
+  v1::Field& cut = *fields.Add();
   cut.set_formula(std::string(formula_in_frame(options.cut, cut)));
   cut.set_name(kCutName);
   return fields;

@@ -19,11 +19,11 @@ struct FieldOptions {
 };
 
 void add_field_options(CLI::App& command, FieldOptions& options);
-/// Of what cuts, too.
+/// Adds the option of what is cut out.
 void add_cut_option(CLI::App& command, FieldOptions& options);
 
 /// In their order; that of the cut is the last. Throws UsageError.
-std::vector<v1::Field> parse_fields(const FieldOptions& options);
+google::protobuf::RepeatedPtrField<v1::Field> parse_fields(const FieldOptions& options);
 /// Name of the field that cuts, or empty.
 std::string cut_of(const FieldOptions& options);
 

@@ -47,8 +47,8 @@ void require_batch(int numbers, int points, const std::string& field) {
 /// Holds until a message sets it anew.
 struct ProbeSetting {
   Placement placement = Placement::Identity();
-  google::protobuf::RepeatedPtrField<v1::Field> fields;
-  ChannelSources sources;  // Of the fields, in that place.
+  std::shared_ptr<const Fields> fields;  // Null: none. Batches share them.
+  ChannelSources sources;                // Of the fields, in that place.
   double contour_tolerance_mm = SliceJob().contour_tolerance_mm;
 };
 
@@ -71,11 +71,11 @@ class ProbeSolver {
     if (request.has_placement()) {
       setting.placement = to_placement(request.placement(), solid.summary().bounding_box, limits);
     }
-    if (!request.fields().empty()) setting.fields = request.fields();
-    if (!setting.fields.empty() && (request.has_placement() || !request.fields().empty())) {
+    if (!request.fields().empty()) setting.fields = std::make_shared<const Fields>(request.fields());
+    if (setting.fields && (request.has_placement() || !request.fields().empty())) {
       const SolidSummary& summary = solid.summary();
       setting.sources =
-          to_sources(setting.fields, summary, summary.bounding_box.transformed(Placement(setting.placement)));
+          to_sources(*setting.fields, summary, summary.bounding_box.transformed(Placement(setting.placement)));
     }
     if (!request.has_contour_tolerance_mm()) return;
     const double tolerance_mm = request.contour_tolerance_mm(), most_mm = limits.max_contour_tolerance_mm;

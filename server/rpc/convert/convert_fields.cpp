@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/echo.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/channel/channel_table.h"
@@ -23,8 +22,6 @@ namespace ccslice::server {
 namespace {
 
 constexpr std::size_t kMaxFieldNameBytes = 256;
-
-std::string quoted_name(const v1::Field& message) { return '"' + echoed(message.name()) + '"'; }
 
 [[noreturn]] void refuse(ErrorCode code, const std::string& field, const std::string& what) {
   throw Error(code, field + ": " + what, field);
@@ -49,8 +46,6 @@ FormulaFrame to_frame(v1::FieldFrame frame, const std::string& path) {
          std::to_string(static_cast<int>(frame)) + " isn't a frame that this server knows; ask for PART or WORLD");
 }
 
-using Fields = google::protobuf::RepeatedPtrField<v1::Field>;
-
 /// Whether the formula of a field can be read once it may read itself and those behind it.
 bool reads_ahead(const Fields& all, int field, std::vector<std::string> names) {
   for (int i = field; i < all.size(); ++i) names.push_back(all[i].name());
@@ -70,7 +65,7 @@ Formula parse(const Fields& all, int field, const std::vector<ChannelRange>& cha
     return Formula::parse(message.formula(), names);
   } catch (const FormulaError& error) {
     const std::string order = reads_ahead(all, field, names) ? "; a field reads those before it only" : "";
-    refuse(ErrorCode::kFieldInvalid, path + ".formula", quoted_name(message) + ", " + error.what() + order);
+    refuse(ErrorCode::kFieldInvalid, path + ".formula", double_quoted(message.name()) + ", " + error.what() + order);
   }
 }
 
@@ -91,7 +86,7 @@ ChannelRange range_of(const v1::Field& message, const Formula& formula, const st
       return {message.name(), low, high};
     }
     refuse(ErrorCode::kValueRangeInvalid, path + ".range",
-           quoted_name(message) + ", " + number_text(low) + " to " + number_text(high) +
+           double_quoted(message.name()) + ", " + number_text(low) + " to " + number_text(high) +
                " isn't a range of floats; give min below max");
   }
   std::vector<Interval> inputs;
@@ -102,15 +97,14 @@ ChannelRange range_of(const v1::Field& message, const Formula& formula, const st
   const Interval bounds = formula.bounds(box, inputs);
   if (is_float(bounds.low) && is_float(bounds.high)) return {message.name(), bounds.low, bounds.high};
   refuse(ErrorCode::kFieldInvalid, path + ".formula",
-         quoted_name(message) +
+         double_quoted(message.name()) +
              ": no bounds of its values are found, as where a divisor may be 0 or a product too large; bound them with "
              "clamp(..., low, high), or give the field a range");
 }
 
 }  // namespace
 
-ChannelSources to_sources(const google::protobuf::RepeatedPtrField<v1::Field>& messages, const SolidSummary& solid,
-                          const Box3& world_box) {
+ChannelSources to_sources(const Fields& messages, const SolidSummary& solid, const Box3& world_box) {
   if (messages.size() > kMaxFields) {
     refuse(ErrorCode::kFieldInvalid, "fields",
            std::to_string(messages.size()) + " are more than the " + std::to_string(kMaxFields) +
@@ -125,7 +119,7 @@ ChannelSources to_sources(const google::protobuf::RepeatedPtrField<v1::Field>& m
     const FormulaFrame frame = to_frame(message.frame(), path);
     if (message.kind_case() != v1::Field::kFormula) {
       refuse(ErrorCode::kFieldInvalid, path,
-             quoted_name(message) + " has nothing that this server knows to take values from; give a formula");
+             double_quoted(message.name()) + " has nothing that this server knows to take values from; give a formula");
     }
     Formula formula = parse(messages, i, channels, path);
     const Box3& box = frame == FormulaFrame::kWorld ? world_box : solid.bounding_box;

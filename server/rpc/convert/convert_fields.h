@@ -16,9 +16,10 @@ namespace ccslice::server {
 
 inline constexpr int kMaxFields = 16;
 
+using Fields = google::protobuf::RepeatedPtrField<v1::Field>;
+
 /// The sources of a part. `world_box`: what its voxels lie in, mm. Throws Error{kFieldInvalid, kEnumValueUnknown,
 /// kValueRangeInvalid, kChannelRepeated} of fields "fields[i]...".
-ChannelSources to_sources(const google::protobuf::RepeatedPtrField<v1::Field>& messages, const SolidSummary& solid,
-                          const Box3& world_box);
+ChannelSources to_sources(const Fields& messages, const SolidSummary& solid, const Box3& world_box);
 
 }  // namespace ccslice::server
