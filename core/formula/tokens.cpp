@@ -73,8 +73,8 @@ class Tokenizer {
     if (peek() == '.') fail(at_, "the number " + double_quoted(token.text) + " has a second decimal point; remove one");
     const auto parsed = std::from_chars(token.text.data(), token.text.data() + token.text.size(), token.number);
     if (parsed.ec != std::errc()) {
-      fail(begin,
-           "the number " + double_quoted(token.text) + " is too large or too small: write one of 1e-307 to 1e308, or 0");
+      fail(begin, "the number " + double_quoted(token.text) +
+                      " is too large or too small: write one of 1e-307 to 1e308, or 0");
     }
     return token;
   }
