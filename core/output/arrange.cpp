@@ -32,6 +32,7 @@ void fill_samples(std::span<std::uint8_t> out, std::span<const std::uint8_t> sam
 
 LayerWindow held_window(const Arrangement& arrangement) {
   const LayerWindow held = common_window(arrangement.from, arrangement.to), &to = arrangement.to;
+  if (held.columns == 0 || held.rows == 0) return {};  // It may be beyond the picture.
   LayerWindow there{held.first_column - to.first_column, held.first_row - to.first_row, held.columns, held.rows};
   if (arrangement.order.columns_descending) there.first_column = to.end_column() - held.end_column();
   if (arrangement.order.rows_descending) there.first_row = to.end_row() - held.end_row();

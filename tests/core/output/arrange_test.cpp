@@ -54,6 +54,15 @@ TEST(Arrange, PutsWhatThereIsIntoALargerPicture) {
   EXPECT_EQ(held_window({kFrom, beside, {true, true}}), (LayerWindow{1, 1, 2, 1}));
 }
 
+// Rows and columns of a picture are counted up to the window's end.
+TEST(Arrange, HoldsNothingBesideAllSamples) {
+  for (const LayerWindow& beside : {LayerWindow{0, 0, 2, 2}, LayerWindow{0, 900, 2, 2}, LayerWindow{900, 0, 2, 2}}) {
+    for (const bool descending : {false, true}) {
+      EXPECT_EQ(held_window({kFrom, beside, {descending, descending}}), LayerWindow{});
+    }
+  }
+}
+
 TEST(Arrange, StopsWhenCancelled) {
   const CancellationToken cancel = CancellationToken::make();
   cancel.cancel();
