@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "core/interpolation/samples/voxel_blocks.h"
 
@@ -13,6 +14,9 @@ namespace {
 
 // How many cells or faces are cut, at most, and for how many planes each face.
 constexpr std::size_t kPicked = 24, kPlanes = 8;
+
+// Tall pieces are scanned in so many bands of layers, which a scan takes four at a time.
+constexpr std::uint32_t kBands = 4, kBandLayers = 4;
 
 /// Calls visit(thing) for some of the things; returns how many. Chance picks one of each part of the list: things in it
 /// often repeat at even steps, as the faces of a row of cells do.
@@ -59,12 +63,35 @@ void CutCells::descend(LimitCellId cell, const Box3& box, double& leaves, double
     }
     leaves += weight;
     if (node.kind != CellNode::Kind::kPiece) return;
-    scanned_.clear();
-    raster_.scan(node.piece->points, node.piece->step,
-                 {grid_.extent.columns, grid_.extent.rows, 0, grid_.extent.layers}, scanned_);
-    runs += weight * static_cast<double>(scanned_.size());
+    runs += weight * runs_of(*node.piece);
     return;
   }
+}
+
+double CutCells::runs_of(const CellPiece& piece) {
+  double low = piece.points.front().z(), high = low;
+  for (const Vec3& point : piece.points) {
+    low = std::min(low, point.z());
+    high = std::max(high, point.z());
+  }
+  const auto layer = [&](double z) {
+    return static_cast<std::uint32_t>(std::clamp(z, 0.0, grid_.extent.layers * 1.0));
+  };
+  const std::uint32_t begin = layer(std::ceil(low)), end = layer(std::floor(high) + 1);
+  const std::uint32_t layers = end - begin;
+  const auto scan = [&](std::uint32_t first, std::uint32_t past) {
+    raster_.scan(piece.points, piece.step, {grid_.extent.columns, grid_.extent.rows, first, past}, scanned_);
+  };
+  scanned_.clear();
+  if (layers <= 2 * kBands * kBandLayers) {
+    scan(begin, end);
+    return static_cast<double>(scanned_.size());
+  }
+  for (std::uint32_t band = 0; band < kBands; ++band) {
+    const std::uint32_t first = begin + layers * (2 * band + 1) / (2 * kBands) - kBandLayers / 2;
+    scan(first, first + kBandLayers);
+  }
+  return static_cast<double>(scanned_.size()) * layers / (kBands * kBandLayers);
 }
 
 CutFaces::CutFaces(const LimitSolid& solid, const SliceJob& job) : job_(job), surface_(solid), leaves_(surface_) {

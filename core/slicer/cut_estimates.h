@@ -40,6 +40,8 @@ class CutCells {
 
  private:
   void descend(LimitCellId cell, const Box3& box, double& leaves, double& runs);
+  /// Of a piece, in the grid, told by some of its layers.
+  double runs_of(const CellPiece& piece);
 
   const Grid grid_;
   CellFitter fitter_;
