@@ -11,6 +11,6 @@ namespace ccslice {
 
 /// Changes whenever the same request may give other bytes than before: clients refuse to mix layers of different
 /// versions.
-inline constexpr std::string_view kEngineVersion = "37";
+inline constexpr std::string_view kEngineVersion = "38";
 
 }  // namespace ccslice

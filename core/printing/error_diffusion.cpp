@@ -32,10 +32,11 @@ constexpr std::int64_t kCarryReach = 16;  // Columns that the error at a run's e
 // one material's from another's.
 constexpr std::uint32_t kStepX = 0xd1b54a33, kFromRowOffset = 0x68e31da4, kMaterialOffset = 0x9e3779b9;
 
-// The sequence that places rare materials steps by these along a row, from row to row and from layer to layer, in units
-// of 2^-32. Of millions of random triples that keep voxels of a material apart, at pitches from 0.025 to 0.1 mm and
-// fractions from 0.0005 to 0.05, these keep counts in boxes of 1 mm closest to what they should be.
-constexpr std::uint32_t kRareStepX = 0xc792cd0b, kRareStepY = 0x6719cf93, kRareStepZ = 0x4a3fe591;
+// The sequence that places minor materials steps by these along a row, from row to row and from layer to layer, in
+// units of 2^-32. Of millions of random triples that show no stripes in a layer (the sequence's waves that are longer
+// than voxels of the material are apart are weak), at pitches from 0.025 to 0.1 mm and fractions from 0.002 to 0.2,
+// these keep counts in boxes of 1 mm closest to what they should be.
+constexpr std::uint32_t kMinorStepX = 0xbba2cfcf, kMinorStepY = 0x95518479, kMinorStepZ = 0x2de6910f;
 
 Lanes8 multiply_add(float a, Lanes8 b, Lanes8 c) noexcept { return _mm256_fmadd_ps(_mm256_set1_ps(a), b, c); }
 
@@ -106,52 +107,55 @@ Lanes8 start_errors(std::uint32_t bits, const Lanes8& fractions) noexcept {
   return errors;
 }
 
-bool is_rare(float fraction) noexcept { return (fraction >= kAbsent) & (fraction < kRareFraction); }
+bool is_minor(float fraction) noexcept { return (fraction >= kAbsent) & (fraction < kMinorFraction); }
 
-/// Whether a material is rare in some voxel of [begin, end).
-bool has_rare(std::size_t materials, std::uint32_t begin, std::uint32_t end, const Fractions& fractions) noexcept {
-  std::int32_t rare = 0;
+/// Whether a material is a minor one in some voxel of [begin, end).
+bool has_minor(std::size_t materials, std::uint32_t begin, std::uint32_t end, const Fractions& fractions) noexcept {
+  std::int32_t minor = 0;
   for (std::size_t m = 0; m < materials; ++m) {
-    for (std::uint32_t k = begin; k < end; ++k) rare |= is_rare(fractions[m][k]) ? 1 : 0;
+    for (std::uint32_t k = begin; k < end; ++k) minor |= is_minor(fractions[m][k]) ? 1 : 0;
   }
-  return rare != 0;
+  return minor != 0;
 }
 
 /// Fractions voxel by voxel.
 using VoxelFractions = std::array<Lanes8, kMixBlock>;
 
-/// What rare materials leave of a block's fractions.
+/// What minor materials leave of a block's fractions.
 struct Rest {
-  Fractions fractions;                     // All of a voxel's material if it was given to a rare one.
+  Fractions fractions;                     // All of a voxel's material if it was given to a minor one.
   std::array<std::int32_t, kMixBlock> of;  // The material of a voxel that errors have nothing to choose for, or else 0.
 };
 
-/// Gives voxels to rare materials where the sequence, which is at `bits` in voxel 0, is below their fractions. The
+/// Gives voxels to minor materials where the sequence, which is at `bits` in voxel 0, is below their fractions. The
 /// compiler vectorizes these loops over the block.
-void place_rare(std::size_t materials, std::uint32_t bits, const Fractions& fractions, Rest& rest) noexcept {
-  MixRow at, rare{}, scale;
-  std::array<std::int32_t, kMixBlock> taken{}, others{}, last{};
+void place_minor(std::size_t materials, std::uint32_t bits, const Fractions& fractions, Rest& rest) noexcept {
+  MixRow at, minor{}, scale;
+  std::array<std::int32_t, kMixBlock> taken{}, others{}, last{}, last_minor{};
   for (std::uint32_t k = 0; k < kMixBlock; ++k) {
-    at[k] = static_cast<float>(static_cast<std::int32_t>((bits + kRareStepX * k) >> 8)) * 0x1p-24f;
+    at[k] = static_cast<float>(static_cast<std::int32_t>((bits + kMinorStepX * k) >> 8)) * 0x1p-24f;
   }
   for (std::size_t m = 0; m < materials; ++m) {
     const auto number = static_cast<std::int32_t>(m + 1);
     for (std::size_t k = 0; k < kMixBlock; ++k) {
-      const float fraction = fractions[m][k], more = rare[k] + (is_rare(fraction) ? fraction : 0);
-      taken[k] = (at[k] >= rare[k]) & (at[k] < more) ? number : taken[k];
-      others[k] += fraction >= kRareFraction ? 1 : 0;
-      last[k] = fraction >= kRareFraction ? number : last[k];
-      rare[k] = more;
+      const float fraction = fractions[m][k], more = minor[k] + (is_minor(fraction) ? fraction : 0);
+      taken[k] = (at[k] >= minor[k]) & (at[k] < more) ? number : taken[k];
+      others[k] += fraction >= kMinorFraction ? 1 : 0;
+      last[k] = fraction >= kMinorFraction ? number : last[k];
+      last_minor[k] = is_minor(fraction) ? number : last_minor[k];
+      minor[k] = more;
     }
   }
   for (std::size_t k = 0; k < kMixBlock; ++k) {
-    scale[k] = 1 / (1 - rare[k]);
-    rest.of[k] = rare[k] == 0 || others[k] > 1 ? 0 : taken[k] == 0 ? last[k] : taken[k];
+    // Where all are minor their fractions may sum to a bit less than 1.
+    last[k] = others[k] == 0 ? last_minor[k] : last[k];
+    scale[k] = 1 / std::max(1 - minor[k], kMinorFraction);
+    rest.of[k] = minor[k] == 0 || others[k] > 1 ? 0 : taken[k] == 0 ? last[k] : taken[k];
   }
   for (std::size_t m = 0; m < materials; ++m) {
     const auto number = static_cast<std::int32_t>(m + 1);
     for (std::size_t k = 0; k < kMixBlock; ++k) {
-      const float left = is_rare(fractions[m][k]) ? 0 : fractions[m][k] * scale[k];
+      const float left = is_minor(fractions[m][k]) ? 0 : fractions[m][k] * scale[k];
       rest.fractions[m][k] = taken[k] == 0 ? left : taken[k] == number ? 1 : 0;
     }
   }
@@ -165,8 +169,8 @@ void gather(const Fractions& fractions, std::size_t materials, VoxelFractions& v
 
 }  // namespace
 
-std::uint32_t ErrorDiffusion::rare_phase(std::uint64_t seed, std::uint32_t y, std::uint32_t z) noexcept {
-  return static_cast<std::uint32_t>(mix64(mix64(seed))) + kRareStepY * y + kRareStepZ * z;
+std::uint32_t ErrorDiffusion::minor_phase(std::uint64_t seed, std::uint32_t y, std::uint32_t z) noexcept {
+  return static_cast<std::uint32_t>(mix64(mix64(seed))) + kMinorStepY * y + kMinorStepZ * z;
 }
 
 void ErrorDiffusion::start_layer(std::uint32_t width) {
@@ -206,17 +210,17 @@ void ErrorDiffusion::choose(std::uint32_t first, std::uint32_t begin, std::uint3
     std::fill(out + begin, out + end, std::uint8_t{1});
     return;
   }
-  if (has_rare(materials_, begin, end, fractions)) {
-    choose_with_rare(first, begin, end, fractions, out);
+  if (has_minor(materials_, begin, end, fractions)) {
+    choose_with_minor(first, begin, end, fractions, out);
   } else {
     carry(first, begin, end, fractions, out);
   }
 }
 
-void ErrorDiffusion::choose_with_rare(std::uint32_t first, std::uint32_t begin, std::uint32_t end,
-                                      const Fractions& fractions, std::uint8_t* out) noexcept {
+void ErrorDiffusion::choose_with_minor(std::uint32_t first, std::uint32_t begin, std::uint32_t end,
+                                       const Fractions& fractions, std::uint8_t* out) noexcept {
   Rest rest;
-  place_rare(materials_, numbers_.rare + kRareStepX * first, fractions, rest);
+  place_minor(materials_, numbers_.minor + kMinorStepX * first, fractions, rest);
   // In the row's direction, what lies between voxels that errors have nothing to choose for.
   const std::uint32_t voxels = end - begin;
   const auto at = [&](std::uint32_t i) { return reverse_ ? end - 1 - i : begin + i; };

@@ -72,7 +72,7 @@ void Halftoner::start_row(std::uint32_t y) {
   reverse_ = ((y ^ layer_) & 1) != 0;
   diffusion_.start_row(
       y - row_, reverse_,
-      {key_, even_phase(halftone.seed, y, layer_), ErrorDiffusion::rare_phase(halftone.seed, y, layer_)});
+      {key_, even_phase(halftone.seed, y, layer_), ErrorDiffusion::minor_phase(halftone.seed, y, layer_)});
   row_ = y;
 }
 

@@ -93,6 +93,10 @@ Mixture::Mixture(const Printing& printing, const MaterialMap& map, std::shared_p
   } else if (const auto* pure = std::get_if<PureMap>(&map.kind)) {
     first_ = pure->material - 1;
   }
+  for (const MapOverride& first : map.overrides) {
+    const auto row = std::ranges::find(channels_, first.channel) - channels_.begin();
+    overrides_.push_back({static_cast<std::size_t>(row), static_cast<float>(first.below), first.material - 1});
+  }
 }
 
 void Mixture::make_table(const BlendMap& map) {
@@ -143,6 +147,27 @@ void Mixture::make_table(const ColourMap& map, std::shared_ptr<const ColourTable
 }
 
 void Mixture::evaluate(std::span<const MixRow> values, Fractions& fractions) const noexcept {
+  mix_kind(values, fractions);
+  if (!overrides_.empty()) override_kind(values, fractions);
+}
+
+/// The last one first, so that those before it have the last word.
+void Mixture::override_kind(std::span<const MixRow> values, Fractions& fractions) const noexcept {
+  for (std::size_t i = overrides_.size(); i > 0; --i) {
+    const Override& own = overrides_[i - 1];
+    const MixRow& row = values[own.row];
+    for (std::size_t m = 0; m < material_count_; ++m) {
+      const float fraction = m == own.material ? 1.0f : 0.0f;
+      for (std::size_t k = 0; k < kMixBlock; ++k) fractions[m][k] = row[k] < own.below ? fraction : fractions[m][k];
+    }
+  }
+}
+
+bool Mixture::is_overridden(std::span<const MixRow> values, std::size_t voxel) const noexcept {
+  return std::ranges::any_of(overrides_, [&](const Override& own) { return values[own.row][voxel] < own.below; });
+}
+
+void Mixture::mix_kind(std::span<const MixRow> values, Fractions& fractions) const noexcept {
   switch (kind_) {
     case Kind::kPure:
       for (std::size_t m = 0; m < material_count_; ++m) fractions[m].fill(m == first_ ? 1 : 0);
@@ -213,6 +238,7 @@ void Mixture::mix_colours(std::span<const MixRow> values, Fractions& fractions) 
 std::optional<std::size_t> Mixture::first_misfit(std::span<const MixRow> values, std::size_t begin,
                                                  std::size_t end) const noexcept {
   for (std::size_t k = begin; k < end; ++k) {
+    if (is_overridden(values, k)) continue;
     if (kind_ == Kind::kTable && !table_fits(values.front()[k])) return k;
     if (kind_ == Kind::kShares && !shares_fit(values, k)) return k;
     if (kind_ == Kind::kColours && !colour_fits(values, k)) return k;
@@ -238,12 +264,19 @@ void Mixture::count_misfits(std::span<const MixRow> values, std::size_t begin, s
   }
   if (kind_ == Kind::kShares) {
     for (const Share& share : shares_) look_at(share.row, {0, 1});
-    const MixRow sum = sum_of_shares(values);
+    MixRow sum = sum_of_shares(values);
+    if (!overrides_.empty()) {
+      for (std::size_t k = begin; k < end; ++k) sum[k] = is_overridden(values, k) ? 1 : sum[k];
+    }
     const Range one{0, 1};
     if (exceeds_any(sum, one.most)) mark_off([&](std::size_t k) { return sum[k] > one.most ? 1 : 0; });
     if (!rest_) count_scaled_up(sum, begin, end, misfits);
   }
-  if (any) misfits.off_map += marked(off, begin, end);
+  if (!any) return;
+  if (!overrides_.empty()) {
+    for (std::size_t k = begin; k < end; ++k) off[k] = is_overridden(values, k) ? 0 : off[k];
+  }
+  misfits.off_map += marked(off, begin, end);
 }
 
 /// Of what is above 0.

@@ -9,6 +9,8 @@
 //           long ones the segment is looked for from that of the voxel before;
 //   direct  f_m = v_m; a material that takes the rest gets max(0, 1 - sum);
 //   colour  weights of the palette for the nearest colour that it reaches (colour_table.h).
+//
+// Where an override of the map holds, the voxel is of its material alone, whatever the values are.
 
 #pragma once
 
@@ -71,6 +73,11 @@ class Mixture {
     std::size_t row;       // In channels().
     std::size_t material;  // From 0.
   };
+  struct Override {
+    std::size_t row;  // In channels().
+    float below;
+    std::size_t material;  // From 0.
+  };
   struct Colours {
     std::array<std::size_t, 3> rows;
     float scale;  // From values to nodes.
@@ -88,6 +95,9 @@ class Mixture {
   void mix_shares(std::span<const MixRow> values, Fractions& fractions) const noexcept;
   void mix_colours(std::span<const MixRow> values, Fractions& fractions) const noexcept;
   MixRow sum_of_shares(std::span<const MixRow> values) const noexcept;
+  void mix_kind(std::span<const MixRow> values, Fractions& fractions) const noexcept;
+  void override_kind(std::span<const MixRow> values, Fractions& fractions) const noexcept;
+  bool is_overridden(std::span<const MixRow> values, std::size_t voxel) const noexcept;
   bool table_fits(float value) const noexcept;
   bool shares_fit(std::span<const MixRow> values, std::size_t voxel) const noexcept;
   bool colour_fits(std::span<const MixRow> values, std::size_t voxel) const noexcept;
@@ -99,6 +109,7 @@ class Mixture {
   std::vector<std::string> channels_;
   Table table_;
   std::vector<Share> shares_;
+  std::vector<Override> overrides_;
   std::optional<std::size_t> rest_;
   Colours colours_;
 };

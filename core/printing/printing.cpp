@@ -97,6 +97,19 @@ class MapCheck {
            number_text(map.full_value) + " isn't a brightness; give a positive one, such as 1 or 255");
   }
 
+  void check_overrides(const std::vector<MapOverride>& overrides) const {
+    if (overrides.size() > kMaxMapOverrides) {
+      refuse(ErrorCode::kMaterialMapInvalid, path_ + ".overrides",
+             std::to_string(overrides.size()) + " of them; give at most " + std::to_string(kMaxMapOverrides));
+    }
+    for (std::size_t i = 0; i < overrides.size(); ++i) {
+      const std::string path = item(path_ + ".overrides", i);
+      channels_.require(overrides[i].channel, path + ".channel");
+      check_finite(overrides[i].below, path + ".below");
+      check_material(overrides[i].material, path + ".material");
+    }
+  }
+
  private:
   void check_material(std::uint32_t material, const std::string& field) const {
     if (material >= 1 && material <= printing_.materials.size()) return;
@@ -138,6 +151,13 @@ class MapCheck {
   const std::string path_;
 };
 
+void check_map(const Printing& printing, const ChannelTable& channels, const std::string& path,
+               const MaterialMap& map) {
+  const MapCheck check(printing, channels, path);
+  std::visit(check, map.kind);
+  check.check_overrides(map.overrides);
+}
+
 void check_cell_region_maps(const Printing& printing, const SolidSummary& summary, const ChannelTable& channels) {
   const std::string list = "printing.cell_region_maps";
   std::vector<bool> mapped(summary.cell_regions.size());
@@ -152,7 +172,7 @@ void check_cell_region_maps(const Printing& printing, const SolidSummary& summar
              '"' + echoed(summary.cell_regions[region].name) + "\" has a map already; give it one");
     }
     mapped[region] = true;
-    std::visit(MapCheck(printing, channels, item(list, i) + ".map"), map.kind);
+    check_map(printing, channels, item(list, i) + ".map", map);
   }
 }
 
@@ -204,10 +224,13 @@ struct SteepestSpan {
   double operator()(const ColourMap& map) const { return map.full_value; }
 };
 
+void add_channel(const std::string& channel, std::vector<std::string>& channels) {
+  if (!contains(channels, channel)) channels.push_back(channel);
+}
+
 void add_channels(const MaterialMap& map, std::vector<std::string>& channels) {
-  for (const std::string& channel : std::visit(ChannelList(), map.kind)) {
-    if (!contains(channels, channel)) channels.push_back(channel);
-  }
+  for (const std::string& channel : std::visit(ChannelList(), map.kind)) add_channel(channel, channels);
+  for (const MapOverride& first : map.overrides) add_channel(first.channel, channels);
 }
 
 }  // namespace
@@ -223,7 +246,7 @@ double steepest_span(const MaterialMap& map) { return std::visit(SteepestSpan(),
 double steepest_span(const Printing& printing, const std::string& channel) {
   double span = std::numeric_limits<double>::infinity();
   for (const MaterialMap* map : maps_of(printing)) {
-    if (contains(channels_of(*map), channel)) span = std::min(span, steepest_span(*map));
+    if (contains(kind_channels_of(*map), channel)) span = std::min(span, steepest_span(*map));
   }
   return span;
 }
@@ -234,6 +257,8 @@ std::vector<std::uint32_t> palette_of(const Printing& printing) {
   return palette;
 }
 
+std::vector<std::string> kind_channels_of(const MaterialMap& map) { return channels_of(MaterialMap{map.kind}); }
+
 std::vector<std::string> channels_of(const MaterialMap& map) {
   std::vector<std::string> channels;
   add_channels(map, channels);
@@ -243,6 +268,14 @@ std::vector<std::string> channels_of(const MaterialMap& map) {
 std::vector<std::string> channels_of(const Printing& printing) {
   std::vector<std::string> channels;
   for (const MaterialMap* map : maps_of(printing)) add_channels(*map, channels);
+  return channels;
+}
+
+std::vector<std::string> override_channels_of(const Printing& printing) {
+  std::vector<std::string> channels;
+  for (const MaterialMap* map : maps_of(printing)) {
+    for (const MapOverride& first : map->overrides) add_channel(first.channel, channels);
+  }
   return channels;
 }
 
@@ -281,7 +314,7 @@ void validate_printing(const Printing& printing, const SolidSummary& summary, co
   check_cell_region_maps(printing, summary, channels);
   const bool given = !std::holds_alternative<std::monostate>(printing.map.kind);
   if (given || printing.cell_region_maps.empty() || printing.materials.size() == 1) {
-    std::visit(MapCheck(printing, channels, "printing.map"), printing.map.kind);
+    check_map(printing, channels, "printing.map", printing.map);
   } else {
     check_that_all_regions_are_mapped(printing, summary);
   }

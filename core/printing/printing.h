@@ -26,6 +26,7 @@ inline constexpr double kStrictSlack = 1.0 / 128;
 inline constexpr std::size_t kMaxMaterialNameBytes = 64;
 inline constexpr std::size_t kMaxBlendStops = 64;
 inline constexpr std::size_t kMaxCurvePoints = 256;
+inline constexpr std::size_t kMaxMapOverrides = 16;
 
 struct PrintMaterial {
   std::string name;
@@ -73,10 +74,18 @@ struct ColourMap {
   double full_value = 1;
 };
 
+/// All of a material where a channel is below a bound.
+struct MapOverride {
+  std::string channel;
+  double below = 0;
+  std::uint32_t material = 0;
+};
+
 struct MaterialMap {
   std::variant<std::monostate, PureMap, DirectMap, BlendMap, CalibrationMap, ColourMap>
-      kind;             // Nothing: of material 1.
-  bool strict = false;  // Values that give no fractions are errors.
+      kind;                              // Nothing: of material 1.
+  bool strict = false;                   // Values that give no fractions are errors.
+  std::vector<MapOverride> overrides{};  // The first that holds at a voxel goes before the kind.
 };
 
 /// A cell region's own.
@@ -131,13 +140,18 @@ std::vector<std::uint32_t> palette_of(const Printing& printing);
 /// All maps of a printing: that of Printing::map first, then those of Printing::cell_region_maps.
 std::vector<const MaterialMap*> maps_of(const Printing& printing);
 
-/// The channels that a map reads, each once, in the order of the map.
+/// The channels that a map's kind reads, each once.
+std::vector<std::string> kind_channels_of(const MaterialMap& map);
+/// The channels that a map reads, each once, in the order of the map, those of its overrides last.
 std::vector<std::string> channels_of(const MaterialMap& map);
 /// The channels that any map of the printing reads, each once, in the order of maps_of().
 std::vector<std::string> channels_of(const Printing& printing);
 
-/// By how much a channel's value changes where the map is steepest, for a fraction to go from 0 to 1. Infinite if the
-/// map reads no channel.
+/// The channels that overrides of any map read, each once.
+std::vector<std::string> override_channels_of(const Printing& printing);
+
+/// By how much a channel's value changes where the map's kind is steepest, for a fraction to go from 0 to 1. Infinite
+/// if it reads no channel.
 double steepest_span(const MaterialMap& map);
 /// The least of the maps that read the channel.
 double steepest_span(const Printing& printing, const std::string& channel);

@@ -106,7 +106,7 @@ std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const L
   for (const MaterialMap* map : maps) {
     const auto covered = covered_by(*map);
     if (!covered) continue;
-    for (const std::string& name : channels_of(*map)) {
+    for (const std::string& name : kind_channels_of(*map)) {
       const auto channel = std::ranges::find(all.channels(), name, &ChannelRange::name);
       if (!is_off(channel->min, *covered) && !is_off(channel->max, *covered)) continue;
       found.push_back({map, *channel, *covered, 0});
@@ -123,6 +123,11 @@ std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const L
       all.complete(placement * mesh, mesh, channels);
     }
     volumes[map] += volume;
+    const bool is_overridden = std::ranges::any_of(maps[map]->overrides, [&](const MapOverride& first) {
+      const auto channel = std::ranges::find(all.channels(), first.channel, &ChannelRange::name);
+      return channels[static_cast<std::size_t>(channel - all.channels().begin())] < first.below;
+    });
+    if (is_overridden) return;
     for (std::size_t i = 0; i < found.size(); ++i) {
       ValuesOffMap& off = found[i];
       if (off.map == maps[map] && is_off(channels[channel_of[i]], off.covered)) off.share += volume;

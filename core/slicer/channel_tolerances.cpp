@@ -32,7 +32,7 @@ class ToleranceList {
     for (const PlaneSpec& plane : mixed_channels(job)) {
       add(plane.channel, steepest_span(*job.printing, plane.channel), default_channel_tolerance(SampleType::kUint8));
     }
-    for (const std::vector<PlaneSpec>& planes : {cut_channels(job), read_channels(job)}) {
+    for (const std::vector<PlaneSpec>& planes : {override_channels(job), cut_channels(job), read_channels(job)}) {
       for (const PlaneSpec& plane : planes) {
         add(plane.channel, std::numeric_limits<double>::infinity(), default_channel_tolerance(plane.sample_type));
       }

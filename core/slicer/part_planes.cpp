@@ -54,6 +54,13 @@ std::vector<PlaneSpec> mixed_channels(const SliceJob& job) {
   return planes;
 }
 
+std::vector<PlaneSpec> override_channels(const SliceJob& job) {
+  std::vector<PlaneSpec> planes;
+  if (!shows_materials(job)) return planes;
+  for (const std::string& channel : override_channels_of(*job.printing)) planes.push_back(float_plane(channel));
+  return planes;
+}
+
 std::vector<PlaneSpec> cut_channels(const SliceJob& job) {
   return job.cut ? std::vector{float_plane(*job.cut)} : std::vector<PlaneSpec>();
 }

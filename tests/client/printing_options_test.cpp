@@ -41,6 +41,28 @@ TEST(PrintingOptions, NameMaterialsAndColours) {
   }
 }
 
+TEST(PrintingOptions, ReadOverridesOfAllMaps) {
+  const std::vector<std::string> where = {"depth<0.5=hard", "\"a<b\"<-1e-3=x=y"};
+  const auto alone =
+      parse_printing({.materials = {"soft=#102030", "hard=#ffffff"}, .maps = {}, .where = where, .background = ""});
+  EXPECT_EQ(alone->map().material(), "soft") << "takes the rest";
+  ASSERT_EQ(alone->map().overrides_size(), 2);
+  EXPECT_EQ(alone->map().overrides(0).channel(), "depth");
+  EXPECT_EQ(alone->map().overrides(0).below(), 0.5);
+  EXPECT_EQ(alone->map().overrides(0).material(), "hard");
+  EXPECT_EQ(alone->map().overrides(1).channel(), "a<b");
+  EXPECT_EQ(alone->map().overrides(1).below(), -1e-3);
+  const auto regions = parse_printing(
+      {.materials = {"soft=#102030"}, .maps = {"region:core=soft,shell=soft"}, .where = where, .background = ""});
+  EXPECT_FALSE(regions->has_map());
+  EXPECT_EQ(regions->cell_region_maps(1).map().overrides_size(), 2);
+  for (const char* bad :
+       {"", "depth", "depth<=hard", "depth<0.5", "<0.5=hard", "depth<x=hard", "depth>0.5=hard", "depth=hard"}) {
+    EXPECT_THROW(parse_printing({.materials = {"a=#102030"}, .maps = {}, .where = {bad}, .background = ""}), UsageError)
+        << bad;
+  }
+}
+
 TEST(PrintingOptions, ReadEveryKindOfMap) {
   const v1::MaterialMap blend = map_of("blend:hardness:0=soft,0.5=mid,1=hard");
   EXPECT_EQ(blend.blend().channel(), "hardness");

@@ -129,6 +129,34 @@ TEST_F(Materials, OfFractionsBelowOneAreWarnedOfAndCounted) {
   EXPECT_LT(sliced.summary.least_fraction_sum(), 1);
 }
 
+// Voxels of 0.25 mm: those of columns 0 to 9 are below 2.5, where x is the channel.
+TEST_F(Materials, AreOfTheFirstOverrideThatHolds) {
+  add_material("skin", 0x0000ffff);
+  v1::MaterialMap& map = *request_.mutable_job()->mutable_printing()->mutable_map();
+  for (const auto& [below, material] : {std::pair(2.5, "skin"), {5.0, "hard"}}) {
+    v1::MapOverride& first = *map.add_overrides();
+    first.set_channel("x");
+    first.set_below(below);
+    first.set_material(material);
+  }
+  const Sliced sliced = server_.slice(request_);
+  ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
+  ASSERT_EQ(sliced.header.printing().map().overrides_size(), 2);
+  EXPECT_EQ(sliced.header.printing().map().overrides(1).material(), "hard");
+  EXPECT_EQ(sliced.header.printing().map().overrides(1).below(), 5.0);
+  const auto& counts = sliced.ends.at(20).statistics().material_voxels();
+  EXPECT_EQ(counts[2], 400u) << "a quarter of 40 x 40";
+  EXPECT_NEAR(static_cast<double>(counts[0]), 200, 60) << "a quarter of what is beyond 5";
+  map.mutable_overrides(1)->set_channel("depth");
+  expect("CHANNEL_UNKNOWN", "job.printing.map.overrides[1].channel");
+  map.mutable_overrides(1)->set_channel("x");
+  map.mutable_overrides(1)->set_material("gold");
+  expect("MATERIAL_UNKNOWN", "job.printing.map.overrides[1].material");
+  map.mutable_overrides(1)->set_material("hard");
+  map.mutable_overrides(1)->set_below(std::numeric_limits<double>::infinity());
+  expect("MATERIAL_MAP_NON_FINITE", "job.printing.map.overrides[1].below");
+}
+
 TEST_F(Materials, HaveMasks) {
   request_.mutable_job()->add_planes()->mutable_material_mask()->set_material("hard");
   const Sliced sliced = server_.slice(request_);

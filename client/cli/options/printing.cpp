@@ -238,9 +238,43 @@ void parse_maps(const std::vector<std::string>& texts, v1::Printing& printing) {
   }
 }
 
-void set_strict(v1::Printing& printing) {
-  if (printing.has_map()) printing.mutable_map()->set_strict(true);
-  for (v1::CellRegionMap& own : *printing.mutable_cell_region_maps()) own.mutable_map()->set_strict(true);
+/// CHANNEL<VALUE=MATERIAL, with the channel's name between quotation marks or not.
+v1::MapOverride parse_override(const std::string& text) {
+  const std::string taken = "--where takes CHANNEL<VALUE=MATERIAL, as in 'depth<0.5=hard'";
+  const bool is_above = text.find('<') == std::string::npos && text.find('>') != std::string::npos;
+  if (is_above) {
+    throw UsageError(taken + ", not '" + text +
+                     "'; for what is above a value compare the negative: --field 'm=-depth'");
+  }
+  const auto [bound, material] = parse_pair(taken, text);
+  const std::size_t less = bound.rfind('<');
+  const std::string channel = bound.substr(0, less), value = bound.substr(std::min(less, bound.size() - 1) + 1);
+  if (less == std::string::npos || channel.empty() || !is_number(value)) {
+    throw UsageError(taken + ", not '" + text + "'");
+  }
+  v1::MapOverride result;
+  result.set_channel(is_quoted(channel) ? channel.substr(1, channel.size() - 2) : channel);
+  result.set_below(parse_number("--where", value));
+  result.set_material(material);
+  return result;
+}
+
+template <class Change>
+void change_maps(v1::Printing& printing, const Change& change) {
+  if (printing.has_map()) change(*printing.mutable_map());
+  for (v1::CellRegionMap& own : *printing.mutable_cell_region_maps()) change(*own.mutable_map());
+}
+
+/// Before all maps. Without any, the first material takes what is left.
+void parse_overrides(const std::vector<std::string>& texts, v1::Printing& printing) {
+  if (texts.empty()) return;
+  if (!printing.has_map() && printing.cell_region_maps().empty()) {
+    printing.mutable_map()->set_material(printing.materials(0).name());
+  }
+  for (const std::string& text : texts) {
+    const v1::MapOverride first = parse_override(text);
+    change_maps(printing, [&](v1::MaterialMap& map) { *map.add_overrides() = first; });
+  }
 }
 
 v1::HalftoneMethod method_of(const std::string& name) {
@@ -271,6 +305,13 @@ void add_printing_options(CLI::App& command, PrintingOptions& options) {
           "channels may hold colons; between quotation marks, as in blend:\"S:1\":..., anything. May be "
           "repeated for cell regions: region:core=blend:...,shell=soft; a map after direct or calibration needs a "
           "--map of its own")
+      ->allow_extra_args(false)
+      ->needs(material);
+  command
+      .add_option("--where", options.where,
+                  "Make all of one material what has less than this of a channel or field, before any --map is asked: "
+                  "CHANNEL<VALUE=MATERIAL, as in 'depth<0.5=hard' for a shell. May be repeated, the first that holds "
+                  "counts; without a --map the first --material takes the rest")
       ->allow_extra_args(false)
       ->needs(material);
   command.add_option("--halftone", options.halftone, "How one material is chosen for each voxel")
@@ -305,7 +346,8 @@ std::optional<v1::Printing> parse_printing(const PrintingOptions& options) {
   }
   if (!options.background.empty()) printing.set_background_rgba(parse_colour("--background", options.background));
   parse_maps(options.maps, printing);
-  if (options.strict) set_strict(printing);
+  parse_overrides(options.where, printing);
+  if (options.strict) change_maps(printing, [](v1::MaterialMap& map) { map.set_strict(true); });
   printing.mutable_halftone()->set_method(method_of(options.halftone));
   printing.mutable_halftone()->set_seed(options.seed);
   return printing;

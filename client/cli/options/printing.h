@@ -18,6 +18,7 @@ namespace ccslice::cli {
 struct PrintingOptions {
   std::vector<std::string> materials;  // NAME=#RRGGBB[AA].
   std::vector<std::string> maps;       // [region:NAME=]blend:..., calibration:..., direct:..., colour:..., material:...
+  std::vector<std::string> where{};    // CHANNEL<VALUE=MATERIAL.
   std::string halftone = "blue-noise";
   std::uint64_t seed = 0;
   bool strict = false;

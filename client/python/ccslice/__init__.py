@@ -28,10 +28,10 @@ from .mesh import Mesh
 from .parts import Part
 from .points import Evaluation, Probe
 from .preview import Plane, Preview
-from .printing import Printing, blend, calibration, direct
+from .printing import Printing, blend, calibration, direct, where
 from .surface import Surface
 
 __all__ = [
     "AnswerError", "CallError", "Client", "Error", "Evaluation", "Field", "Layer", "LocalServerError", "Mesh",
-    "Part", "Plane", "Preview", "Printing", "Probe", "Surface", "__version__", "blend", "calibration", "direct"
+    "Part", "Plane", "Preview", "Printing", "Probe", "Surface", "__version__", "blend", "calibration", "direct", "where"
 ]

@@ -45,6 +45,21 @@ def calibration(channel: str, material: str, base: str, points: Mapping[float, f
     return result
 
 
+def where(channel: str, below: float, material: str,
+          otherwise: Union[material_pb2.MaterialMap, str]) -> material_pb2.MaterialMap:
+    """All of a material where a channel or field is below a bound, else by another map or of one material.
+
+    where("depth", 0.5, "hard", blend("share", {0: "soft", 1: "clear"})) is a shell round a gradient. `otherwise` may
+    come from where() itself.
+    """
+    result = material_map(otherwise, False)
+    rest = list(result.overrides)
+    del result.overrides[:]
+    result.overrides.add(channel=channel, below=below, material=material)
+    result.overrides.extend(rest)
+    return result
+
+
 def _rgba(colour: Colour) -> int:
     """0xRRGGBBAA of "#RRGGBB", "#RRGGBBAA" or a tuple of 3 or 4 numbers from 0 to 255."""
     if isinstance(colour, str):
@@ -72,7 +87,7 @@ class Printing:
     """What a printer holds, and which material goes where.
 
     materials: {name: colour}, up to 8; material i of them is number i + 1 in layers, 0 is outside.
-    map: blend(), direct(), calibration(), or the name of one material. region_maps: {cell region: the same}, which
+    map: blend(), direct(), calibration(), where(), or the name of one material. region_maps: {cell region: the same}, which
         wins there.
     halftone: "blue-noise", "error-diffusion", "largest-fraction" or "white-noise". seed: another pattern of the same
         fractions.

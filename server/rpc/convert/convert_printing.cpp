@@ -24,6 +24,11 @@ class MapReader {
   MaterialMap read(const v1::MaterialMap& message) const {
     MaterialMap map;
     map.strict = message.strict();
+    for (int i = 0; i < message.overrides_size(); ++i) {
+      const v1::MapOverride& first = message.overrides(i);
+      const std::string field = path_ + ".overrides[" + std::to_string(i) + "].material";
+      map.overrides.push_back({first.channel(), first.below(), to_material(first.material(), printing_, field)});
+    }
     switch (message.kind_case()) {
       case v1::MaterialMap::kDirect: map.kind = read(message.direct()); return map;
       case v1::MaterialMap::kBlend: map.kind = read(message.blend()); return map;
@@ -194,6 +199,12 @@ v1::Printing to_message(const Printing& value, const SolidSummary& solid) {
   const auto write = [&](const MaterialMap& map, v1::MaterialMap& written) {
     std::visit(MapWriter(value, written), map.kind);
     written.set_strict(map.strict);
+    for (const MapOverride& first : map.overrides) {
+      v1::MapOverride& own = *written.add_overrides();
+      own.set_channel(first.channel);
+      own.set_below(first.below);
+      own.set_material(value.materials[first.material - 1].name);
+    }
   };
   if (!std::holds_alternative<std::monostate>(value.map.kind)) write(value.map, *message.mutable_map());
   for (const CellRegionMap& own : value.cell_region_maps) {

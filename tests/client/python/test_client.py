@@ -221,6 +221,18 @@ class Values(unittest.TestCase):
         self.assertEqual(set(np.unique(voxels)), {1, 2})
         np.testing.assert_allclose((voxels == 2).mean(axis=(0, 1)), (np.arange(20) + 0.5) / 20, atol=0.06)
 
+    def test_overrides_go_before_the_map(self):
+        rest = ccslice.where("g", 0.75, "b", ccslice.blend("g", {0: "a", 1: "b"}))
+        printing = ccslice.Printing({"a": "#ff0000", "b": "#0000ff", "c": "#00ff00"},
+                                    ccslice.where("g", 0.5, "c", rest), strict=True)
+        self.assertEqual([(o.channel, o.below, o.material) for o in printing.message.map.overrides],
+                         [("g", 0.5, "c"), ("g", 0.75, "b")])
+        self.assertTrue(printing.message.map.strict)
+        voxels = np.stack([layer.materials for layer in self.client.slice(self.mesh, 0.5, printing=printing)])
+        self.assertTrue((voxels[:, :, :10] == 3).all())
+        self.assertTrue((voxels[:, :, 10:15] == 2).all())
+        self.assertEqual(set(np.unique(voxels[:, :, 15:])), {1, 2})
+
     def test_layers_region_placement_and_profile(self):
         layers = list(self.client.slice(self.mesh, 1, layers=range(3, 5)))
         self.assertEqual([layer.index for layer in layers], [3, 4])

@@ -113,6 +113,22 @@ TEST(Mixture, OfAMaterialIsAllOfIt) {
   EXPECT_THAT(mix(mixture, {}), testing::ElementsAre(0, 1, 0));
 }
 
+TEST(Mixture, IsOfTheFirstOverrideThatHolds) {
+  MaterialMap map{BlendMap{"share", {{0, 1}, {1, 2}}}};
+  map.overrides = {{"depth", 0.5, 3}, {"share", 0.25, 4}, {"depth", 2, 2}};
+  const Mixture mixture = mixture_of(printing_with(4, map));
+  EXPECT_THAT(mixture.channels(), ElementsAre("share", "depth"));
+  EXPECT_THAT(mix(mixture, {0.75f, 0.49f}), ElementsAre(0, 0, 1, 0));
+  EXPECT_THAT(mix(mixture, {0.1f, 0.49f}), ElementsAre(0, 0, 1, 0)) << "both hold";
+  EXPECT_THAT(mix(mixture, {0.1f, 0.5f}), ElementsAre(0, 0, 0, 1)) << "0.5 isn't below 0.5";
+  EXPECT_THAT(mix(mixture, {0.75f, 1.5f}), ElementsAre(0, 1, 0, 0));
+  EXPECT_THAT(mix(mixture, {0.75f, 2}), ElementsAre(near(0.25f), near(0.75f), 0, 0));
+  EXPECT_THAT(mix(mixture, {0.75f, std::nanf("")}), ElementsAre(near(0.25f), near(0.75f), 0, 0)) << "isn't below";
+  map.kind = PureMap{1};
+  EXPECT_THAT(mix(mixture_of(printing_with(4, map)), {3, 0.3f}), ElementsAre(1, 0, 0, 0))
+      << "channels come in the order of the overrides: 3 is the depth";
+}
+
 TEST(Mixture, TellsWhatAStrictMapRefuses) {
   const Mixture blend = mixture_of(printing_with(2, {BlendMap{"0", {{10, 1}, {20, 2}}}}));
   EXPECT_TRUE(fits(blend, {10}));
@@ -147,6 +163,19 @@ MapMisfits misfits_of(const MaterialMap& map, const std::vector<std::vector<floa
   MapMisfits misfits;
   mixture.count_misfits(rows, 3, 20, misfits);
   return misfits;
+}
+
+TEST(Mixture, ValuesOfVoxelsThatAreOverriddenAreNotMisfits) {
+  MaterialMap map{BlendMap{"share", {{0, 1}, {1, 2}}}};
+  map.overrides = {{"depth", 0.5, 3}};
+  EXPECT_EQ(misfits_of(map, {{7, 0.4f}, {7, 0.6f}, {-7, 0.1f}, {0.5f, 1}}).off_map, 1u);
+  EXPECT_TRUE(fits(mixture_of(printing_with(3, map)), {7, 0.4f}));
+  EXPECT_FALSE(fits(mixture_of(printing_with(3, map)), {7, 0.6f}));
+  MaterialMap direct{DirectMap{{{"share", 1}}}};
+  direct.overrides = map.overrides;
+  const MapMisfits misfits = misfits_of(direct, {{0.1f, 0.4f}, {0.25f, 0.6f}, {1, 1}});
+  EXPECT_EQ(misfits.scaled_up, 1u);
+  EXPECT_EQ(misfits.least_sum, 0.25);
 }
 
 TEST(Mixture, CountsValuesOffTheMap) {

@@ -128,6 +128,32 @@ INSTANTIATE_TEST_SUITE_P(
                             ErrorCode::kChannelUnknown, "printing.map.colour.green_channel"},
                     Spoiled{"UnknownPureMaterial", [](Printing& p) { p.map.kind = PureMap{4}; },
                             ErrorCode::kMaterialUnknown, "printing.map.material"},
+                    Spoiled{"OverrideOfAnUnknownChannel",
+                            [](Printing& p) {
+                              p.map.overrides = {{"r", 0.5, 1}, {"depth", 0.5, 1}};
+                            },
+                            ErrorCode::kChannelUnknown, "printing.map.overrides[1].channel"},
+                    Spoiled{"OverrideByAnUnknownMaterial",
+                            [](Printing& p) {
+                              p.map.overrides = {{"r", 0.5, 4}};
+                            },
+                            ErrorCode::kMaterialUnknown, "printing.map.overrides[0].material"},
+                    Spoiled{"OverrideBelowNan",
+                            [](Printing& p) {
+                              p.map.overrides = {{"r", kNan, 1}};
+                            },
+                            ErrorCode::kMaterialMapNonFinite, "printing.map.overrides[0].below"},
+                    Spoiled{"TooManyOverrides",
+                            [](Printing& p) {
+                              p.map.overrides.assign(17, {"r", 0.5, 1});
+                            },
+                            ErrorCode::kMaterialMapInvalid, "printing.map.overrides"},
+                    Spoiled{"OverrideInACellRegion",
+                            [](Printing& p) {
+                              p.cell_region_maps = {{1, {PureMap{1}}}};
+                              p.cell_region_maps[0].map.overrides = {{"s", 0.5, 1}};
+                            },
+                            ErrorCode::kChannelUnknown, "printing.cell_region_maps[0].map.overrides[0].channel"},
                     Spoiled{"UnknownCellRegion",
                             [](Printing& p) {
                               p.cell_region_maps = {{2, {PureMap{1}}}};
