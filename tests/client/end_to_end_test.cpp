@@ -273,7 +273,8 @@ TEST_F(EndToEnd, BrokenConnectionsChangeNothing) {
   CuttingProxy proxy(port(), {layer_bytes * 3 / 2, layer_bytes * 3 / 2, 20});
   Client client({proxy.address(), kQuick});
   EXPECT_EQ(bytes_of(client, request), whole);
-  EXPECT_GE(outcome_.resumes, 2);
+  // A client that hasn't read what came before the cut loses it, and has no layer to go on after.
+  EXPECT_GE(outcome_.resumes, 1);
   EXPECT_GE(proxy.connections(), 3);
 }
 

@@ -42,7 +42,7 @@ TEST(PrintingOptions, NameMaterialsAndColours) {
 }
 
 TEST(PrintingOptions, ReadOverridesOfAllMaps) {
-  const std::vector<std::string> where = {"depth<0.5=hard", "\"a<b\"<-1e-3=x=y"};
+  const std::vector<std::string> where = {"depth<0.5=hard", "\"a<b\"<-1e-3=y"};
   const auto alone =
       parse_printing({.materials = {"soft=#102030", "hard=#ffffff"}, .maps = {}, .where = where, .background = ""});
   EXPECT_EQ(alone->map().material(), "soft") << "takes the rest";

@@ -15,7 +15,7 @@ struct FieldOption {
 };
 
 /// The first row that fits counts.
-constexpr std::array<FieldOption, 46> kOptions = {{
+constexpr std::array<FieldOption, 48> kOptions = {{
     {"printer", "--printer"},
     {"grid.pitch", "--pitch"},
     {"grid.extent", "--extent"},
@@ -39,7 +39,9 @@ constexpr std::array<FieldOption, 46> kOptions = {{
     {"fields", "--field or --cut-where"},
     {"cut", "--cut-where"},
     {"printing.materials", "--material"},
+    {"printing.map.overrides", "--where"},
     {"printing.map", "--map"},
+    {"printing.cell_region_maps[].map.overrides", "--where"},
     {"printing.cell_region_maps", "--map region:..."},
     {"printing.halftone.seed", "--seed"},
     {"printing.halftone", "--halftone"},

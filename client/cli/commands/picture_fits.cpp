@@ -57,7 +57,7 @@ struct Fit {
 };
 
 /// Options that have to fit twice have two rows.
-constexpr std::array<Fit, 37> kFits = {{
+constexpr std::array<Fit, 38> kFits = {{
     {"MORE", kLayer},
     {"--at", kLayer},
     {"--job", kLayer},
@@ -84,6 +84,7 @@ constexpr std::array<Fit, 37> kFits = {{
     {"--pixels", kSpace | kPlane | kSweep | kTerminal},
     {"--material", kMaterials},
     {"--map", kMaterials},
+    {"--where", kMaterials},
     {"--strict", kMaterials},
     {"--halftone", kHalftone | kPrinted},
     {"--seed", kHalftone | kPrinted},
