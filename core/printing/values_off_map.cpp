@@ -74,11 +74,12 @@ class VolumeSampler {
   int per_edge_;
 };
 
-/// The solid's channels that a direct map without a material for the rest has the shares of; none of other maps.
+/// The solid's channels that a direct map without a material for the rest has the shares of; none of other maps, and of
+/// those with overrides, which may be where the fractions don't add up.
 std::vector<std::uint32_t> shares_alone(const MaterialMap& map, const ChannelTable& table) {
   const auto* direct = std::get_if<DirectMap>(&map.kind);
   std::vector<std::uint32_t> shares;
-  if (direct == nullptr || direct->rest_material != 0) return shares;
+  if (direct == nullptr || direct->rest_material != 0 || !map.overrides.empty()) return shares;
   for (const DirectMap::Share& share : direct->shares) {
     const std::optional<Channel> channel = table.find(share.channel);
     if (!channel) return {};

@@ -87,8 +87,8 @@ class Printing:
     """What a printer holds, and which material goes where.
 
     materials: {name: colour}, up to 8; material i of them is number i + 1 in layers, 0 is outside.
-    map: blend(), direct(), calibration(), where(), or the name of one material. region_maps: {cell region: the same}, which
-        wins there.
+    map: blend(), direct(), calibration(), where(), or the name of one material. region_maps: {cell region: the
+        same}, which wins there.
     halftone: "blue-noise", "error-diffusion", "largest-fraction" or "white-noise". seed: another pattern of the same
         fractions.
     strict: whether values that give no fractions are refused instead of clamped.
