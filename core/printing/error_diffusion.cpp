@@ -121,7 +121,7 @@ bool has_minor(std::size_t materials, std::uint32_t begin, std::uint32_t end, co
 /// Fractions voxel by voxel.
 using VoxelFractions = std::array<Lanes8, kMixBlock>;
 
-/// What minor materials leave of a block's fractions.
+/// The fractions that minor materials leave of a block.
 struct Rest {
   Fractions fractions;                     // All of a voxel's material if it was given to a minor one.
   std::array<std::int32_t, kMixBlock> of;  // The material of a voxel that errors have nothing to choose for, or else 0.
@@ -147,7 +147,7 @@ void place_minor(std::size_t materials, std::uint32_t bits, const Fractions& fra
     }
   }
   for (std::size_t k = 0; k < kMixBlock; ++k) {
-    // Where all are minor their fractions may sum to a bit less than 1.
+    // The fractions may sum to a bit less than 1 if all are minor.
     last[k] = others[k] == 0 ? last_minor[k] : last[k];
     scale[k] = 1 / std::max(1 - minor[k], kMinorFraction);
     rest.of[k] = minor[k] == 0 || others[k] > 1 ? 0 : taken[k] == 0 ? last[k] : taken[k];

@@ -151,7 +151,7 @@ void Mixture::evaluate(std::span<const MixRow> values, Fractions& fractions) con
   if (!overrides_.empty()) override_kind(values, fractions);
 }
 
-/// The last one first, so that those before it have the last word.
+/// Applies the last one first, so that those before it have the last word.
 void Mixture::override_kind(std::span<const MixRow> values, Fractions& fractions) const noexcept {
   for (std::size_t i = overrides_.size(); i > 0; --i) {
     const Override& own = overrides_[i - 1];

@@ -10,7 +10,7 @@
 //   direct  f_m = v_m; a material that takes the rest gets max(0, 1 - sum);
 //   colour  weights of the palette for the nearest colour that it reaches (colour_table.h).
 //
-// Where an override of the map holds, the voxel is of its material alone, whatever the values are.
+// A voxel at which an override of the map holds is of that one's material alone, whatever the values are.
 
 #pragma once
 

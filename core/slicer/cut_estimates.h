@@ -40,7 +40,7 @@ class CutCells {
 
  private:
   void descend(LimitCellId cell, const Box3& box, double& leaves, double& runs);
-  /// Of a piece, in the grid, told by some of its layers.
+  /// The runs of a piece in the grid, told by some of its layers.
   double runs_of(const CellPiece& piece);
 
   const Grid grid_;

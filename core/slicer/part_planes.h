@@ -32,7 +32,7 @@ std::vector<PlaneSpec> shown_channels(const SliceJob& job);
 /// The planes that halftoning reads: the channels of the material map, in its order, as floats.
 std::vector<PlaneSpec> mixed_channels(const SliceJob& job);
 
-/// Those of mixed_channels() that overrides of maps read.
+/// The planes of mixed_channels() that overrides of maps read.
 std::vector<PlaneSpec> override_channels(const SliceJob& job);
 /// The plane that tells what is cut, as floats, if something is.
 std::vector<PlaneSpec> cut_channels(const SliceJob& job);

@@ -248,13 +248,12 @@ v1::MapOverride parse_override(const std::string& text) {
   }
   const auto [bound, material] = parse_pair(taken, text);
   const std::size_t less = bound.rfind('<');
-  const std::string channel = bound.substr(0, less), value = bound.substr(std::min(less, bound.size() - 1) + 1);
-  if (less == std::string::npos || channel.empty() || !is_number(value)) {
-    throw UsageError(taken + ", not '" + text + "'");
-  }
+  const bool has_bound = less != std::string::npos && less > 0 && is_number(std::string_view(bound).substr(less + 1));
+  if (!has_bound) throw UsageError(taken + ", not '" + text + "'");
+  const std::string channel = bound.substr(0, less);
   v1::MapOverride result;
   result.set_channel(is_quoted(channel) ? channel.substr(1, channel.size() - 2) : channel);
-  result.set_below(parse_number("--where", value));
+  result.set_below(parse_number("--where", bound.substr(less + 1)));
   result.set_material(material);
   return result;
 }
@@ -265,7 +264,7 @@ void change_maps(v1::Printing& printing, const Change& change) {
   for (v1::CellRegionMap& own : *printing.mutable_cell_region_maps()) change(*own.mutable_map());
 }
 
-/// Before all maps. Without any, the first material takes what is left.
+/// Adds overrides to all maps. Without a map the first material takes what is left.
 void parse_overrides(const std::vector<std::string>& texts, v1::Printing& printing) {
   if (texts.empty()) return;
   if (!printing.has_map() && printing.cell_region_maps().empty()) {

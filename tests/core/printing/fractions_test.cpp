@@ -269,7 +269,7 @@ INSTANTIATE_TEST_SUITE_P(Fractions, Minor,
                                          MinorCase{kEven, 0.01f, 4.1}, MinorCase{kEven, 0.04f, 5.1},
                                          MinorCase{kEven, 0.15f, 5.1}));
 
-// Where a material ceases to be a minor one, errors take over.
+// Errors take over from the fraction on that isn't minor.
 TEST(Gradient, KeepsItsFractionWhereErrorsTakeOver) {
   const std::array<std::size_t, 3> size = {192, 144, 111};
   for (const int axis : {0, 1}) {
