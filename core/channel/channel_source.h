@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/cancellation.h"
 #include "core/base/types.h"
 #include "core/limit/limit_solid.h"
 
@@ -24,10 +25,12 @@ namespace ccslice {
 /// Points side by side, mm: centres of voxels in a row of a layer, or of pixels. They follow from the row alone, not
 /// from where the work on it begins, so that any window gives the same values to the bit.
 struct SourceRow {
-  Vec3 world_first, world_step;  // Point 0 of the row, and from one to the next: world frame.
-  Vec3 mesh_first, mesh_step;    // The same ones in the frame of the part's mesh.
-  std::uint32_t begin = 0;       // The first that is asked for,
-  std::uint32_t count = 0;       // and how many.
+  Vec3 world_first, world_step;               // Point 0 of the row, and from one to the next: world frame.
+  Vec3 mesh_first, mesh_step;                 // The same ones in the frame of the part's mesh.
+  std::uint32_t begin = 0;                    // The first that is asked for,
+  std::uint32_t count = 0;                    // and how many.
+  const CancellationToken* cancel = nullptr;  // Null: nothing cancels the work on it.
+  std::span<const float> bounds = {};  // If there are any, a value need only be on its side of each: below it, or not.
 
   /// REQUIRES: k < count.
   Vec3 world(std::uint32_t k) const { return world_first + static_cast<double>(begin + k) * world_step; }
@@ -47,7 +50,9 @@ class ChannelSource {
   /// values[k]: at point k of the row. `inputs`: values of inputs() at the same points, in that order. REQUIRES:
   /// row.count of each.
   virtual void sample_row(const SourceRow& row, std::span<const std::span<const float>> inputs,
-                          std::span<float> values) const noexcept = 0;
+                          std::span<float> values) const = 0;
+  /// About what it makes for itself, however many rows are sampled. Throws Error{kCancelled}.
+  virtual double memory_bytes(const CancellationToken& /*cancel*/ = {}) const { return 0; }
 };
 
 using ChannelSources = std::vector<std::shared_ptr<const ChannelSource>>;

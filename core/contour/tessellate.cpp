@@ -45,7 +45,11 @@ class FaceHalver {
 
   /// Calls visit.halved(box) and visit.leaf(box, corners, middle), in a canonical order.
   template <class Visit>
-  void halve_all(Visit& visit);
+  void halve_all(Visit& visit) {
+    halve(surface_.face_ids(), visit);
+  }
+  template <class Visit>
+  void halve(const IdRange<BoundaryFaceId>& faces, Visit& visit);
 
  private:
   template <class Visit>
@@ -66,6 +70,23 @@ void check_count(std::uint64_t triangles, const TessellationOptions& options) {
                   std::to_string(options.max_triangles) + " triangles; choose a larger one",
               "chord_tolerance_mm");
 }
+
+void require_tolerance(const TessellationOptions& options) {
+  if (options.tolerance_mm > 0 && std::isfinite(options.tolerance_mm)) return;
+  throw Error(ErrorCode::kToleranceInvalid, "chord_tolerance_mm must be positive and finite", "chord_tolerance_mm");
+}
+
+struct LeafVisit {
+  const TessellationOptions& options;
+  const std::function<void(const std::array<Vec3, 4>&)>& visit;
+  std::uint64_t leaves = 0;
+
+  void halved(const SurfaceBox&) {}
+  void leaf(const SurfaceBox&, const std::array<Vec3, 4>& corners, const Vec3&) {
+    if (leaves++ % kPiecesPerPoll == 0) options.cancel.throw_if_cancelled();
+    visit(corners);
+  }
+};
 
 struct LeafCount {
   const TessellationOptions& options;
@@ -131,10 +152,10 @@ class Tessellator {
 };
 
 template <class Visit>
-void FaceHalver::halve_all(Visit& visit) {
-  for (const BoundaryFaceId face : surface_.face_ids()) {
+void FaceHalver::halve(const IdRange<BoundaryFaceId>& faces, Visit& visit) {
+  for (const BoundaryFaceId face : faces) {
     if (face % 32 == 0) options_.cancel.throw_if_cancelled();
-    if (surface_.faces()[face].regular) {
+    if (surface_.faces_and_interfaces()[face].regular) {
       halve_box(transformed(surface_.regular_patch(face), to_world_), SurfaceBox{.face = face}, visit);
     } else {
       halve_irregular(face, visit);
@@ -281,11 +302,16 @@ std::uint32_t Tessellator::emit_vertex(const SurfacePlace& place) {
 
 }  // namespace
 
+void visit_leaves(const LimitSolid& solid, const Placement& placement, const TessellationOptions& options,
+                  const IdRange<BoundaryFaceId>& faces, const std::function<void(const std::array<Vec3, 4>&)>& visit) {
+  require_tolerance(options);
+  LeafVisit leaves{options, visit};
+  FaceHalver(solid, placement, options).halve(faces, leaves);
+}
+
 TessellationBound bound_tessellation(const LimitSolid& solid, const Placement& placement,
                                      const TessellationOptions& options) {
-  if (!(options.tolerance_mm > 0) || !std::isfinite(options.tolerance_mm)) {
-    throw Error(ErrorCode::kToleranceInvalid, "chord_tolerance_mm must be positive and finite", "chord_tolerance_mm");
-  }
+  require_tolerance(options);
   FaceHalver halver(solid, placement, options);
   LeafCount count{options};
   halver.halve_all(count);

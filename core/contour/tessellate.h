@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/base/cancellation.h"
+#include "core/base/ids.h"
 #include "core/base/types.h"
 #include "core/limit/limit_solid.h"
 
@@ -51,6 +52,12 @@ struct TessellationBound {
   TessellationSummary most;         // Vertices and triangles, at most.
   std::uint64_t scratch_bytes = 0;  // That tessellate() holds, besides what it delivers.
 };
+
+/// Calls visit(corners), counter-clockwise, for each leaf: triangles 0-1-2 and 0-2-3 of all leaves together are within
+/// options.tolerance_mm of the surface, and the surface of them, but don't close. `faces`: of the boundary, or
+/// interfaces. Throws as below, max_triangles apart.
+void visit_leaves(const LimitSolid& solid, const Placement& placement, const TessellationOptions& options,
+                  const IdRange<BoundaryFaceId>& faces, const std::function<void(const std::array<Vec3, 4>&)>& visit);
 
 /// Halves the faces without keeping anything, in a part of the time of tessellate(). Throws as that does.
 TessellationBound bound_tessellation(const LimitSolid& solid, const Placement& placement,

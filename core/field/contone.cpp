@@ -158,6 +158,10 @@ void ContonePlane::read_values(std::size_t index, std::span<float> values) const
 }
 
 void ContonePlane::set_values(std::size_t index, std::span<const float> values) noexcept {
+  if (type_ == SampleType::kFloat32) {
+    std::memcpy(&samples_[sizeof(float) * index], values.data(), values.size_bytes());
+    return;
+  }
   for (std::size_t k = 0; k < values.size(); ++k) set_value(index + k, values[k]);
 }
 

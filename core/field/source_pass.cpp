@@ -8,7 +8,7 @@
 
 namespace ccslice {
 
-SourcePass::SourcePass(std::span<const ChannelSource* const> sources, std::span<const PlaneSpec> planes,
+SourcePass::SourcePass(std::span<const UsedSource> sources, std::span<const PlaneSpec> planes,
                        const Placement& layer_of_mesh, const Mat3& world_of_layer)
     : mesh_of_layer_(layer_of_mesh.inverse(Eigen::Affine)), world_of_layer_(world_of_layer) {
   const auto input = [&](const std::string& name) {
@@ -16,12 +16,12 @@ SourcePass::SourcePass(std::span<const ChannelSource* const> sources, std::span<
     while (planes[plane].channel != name || planes[plane].sample_type != SampleType::kFloat32) ++plane;
     return plane;
   };
-  for (const ChannelSource* source : sources) {
-    Step& step = steps_.emplace_back(Step{source, {}, {}});
-    for (const std::string& name : source->inputs()) step.inputs.push_back(input(name));
+  for (const UsedSource& use : sources) {
+    Step& step = steps_.emplace_back(Step{use, {}, {}});
+    for (const std::string& name : use.source->inputs()) step.inputs.push_back(input(name));
     inputs_.resize(std::max(inputs_.size(), step.inputs.size()));
     for (std::size_t plane = 0; plane < planes.size(); ++plane) {
-      if (planes[plane].channel == source->range().name) step.outputs.push_back(plane);
+      if (planes[plane].channel == use.source->range().name) step.outputs.push_back(plane);
     }
   }
 }
@@ -49,12 +49,12 @@ void SourcePass::run(const LayerTarget& target, std::span<const VoxelRun> spans)
 void SourcePass::run_row(const LayerTarget& target, const VoxelRun& run) {
   const Vec3 first = target.lattice.centre(0, run.row, target.z_mm), step(target.lattice.dx_mm, 0, 0);
   const std::uint32_t count = run.end - run.begin;
-  const SourceRow row{world_of_layer_ * first,
-                      world_of_layer_ * step,
-                      mesh_of_layer_ * first,
-                      mesh_of_layer_.linear() * step,
-                      run.begin,
-                      count};
+  SourceRow row{world_of_layer_ * first,
+                world_of_layer_ * step,
+                mesh_of_layer_ * first,
+                mesh_of_layer_.linear() * step,
+                run.begin,
+                count};
   const std::size_t index = target.window.index(run.begin, run.row);
   values_.resize(count);
   for (const Step& each : steps_) {
@@ -64,7 +64,9 @@ void SourcePass::run_row(const LayerTarget& target, const VoxelRun& run) {
       target.planes[each.inputs[i]].read_values(index, inputs_[i]);
       input_spans_.emplace_back(inputs_[i]);
     }
-    each.source->sample_row(row, input_spans_, values_);
+    row.cancel = &target.cancel;
+    row.bounds = each.use.bounds;
+    each.use.source->sample_row(row, input_spans_, values_);
     for (const std::size_t plane : each.outputs) target.planes[plane].set_values(index, values_);
   }
 }

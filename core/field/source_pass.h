@@ -18,14 +18,19 @@
 
 namespace ccslice {
 
+struct UsedSource {
+  const ChannelSource* source;
+  std::vector<float> bounds;  // SourceRow::bounds: empty if the values themselves matter.
+};
+
 /// One thread.
 class SourcePass {
  public:
   /// `sources`: each after those that it reads; they outlive this. `planes`: of the targets' planes; the inputs of all
   /// sources are among them as kFloat32. `layer_of_mesh` places the mesh among the layers, and `world_of_layer` is 1
   /// unless the layers lie otherwise than the world's.
-  SourcePass(std::span<const ChannelSource* const> sources, std::span<const PlaneSpec> planes,
-             const Placement& layer_of_mesh, const Mat3& world_of_layer = Mat3::Identity());
+  SourcePass(std::span<const UsedSource> sources, std::span<const PlaneSpec> planes, const Placement& layer_of_mesh,
+             const Mat3& world_of_layer = Mat3::Identity());
 
   /// Sets the samples of all planes of the sources at the voxels of `spans` that the target's planes hold. REQUIRES:
   /// planes of other channels have theirs. Throws Error{kCancelled}.
@@ -34,7 +39,7 @@ class SourcePass {
  private:
   /// A source, and the numbers of the planes that it reads and fills.
   struct Step {
-    const ChannelSource* source;
+    UsedSource use;
     std::vector<std::size_t> inputs, outputs;
   };
 

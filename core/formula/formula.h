@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/base/types.h"
+#include "core/formula/formula_parser.h"
 #include "core/formula/interval.h"
 #include "core/formula/program.h"
 
@@ -36,6 +37,10 @@ class Formula {
 
   /// Channels that it reads, in the order of first use.
   std::span<const std::string> inputs() const noexcept { return inputs_; }
+  /// Distances that it reads, each once.
+  std::span<const FormulaDistance> distances() const noexcept { return distances_; }
+  /// It is a distance, and nothing else.
+  bool is_distance() const noexcept;
   /// Whether it reads coordinates.
   bool uses_place() const noexcept { return uses_place_; }
 
@@ -43,8 +48,8 @@ class Formula {
   /// Infinite on a side where none is found. REQUIRES: as many as inputs(); neither is empty.
   Interval bounds(const Box3& box, std::span<const Interval> inputs) const;
 
-  /// values[k]: at the point first + (begin + k) * step, mm. `inputs`: values of inputs() there, in that order; NaN
-  /// counts as 0. All values are finite. REQUIRES: as many of each as values.
+  /// values[k]: at the point first + (begin + k) * step, mm. `inputs`: values of inputs() there, in that order, and
+  /// of distances() behind them; NaN counts as 0. All values are finite. REQUIRES: as many of each as values.
   void evaluate(const Vec3& first, const Vec3& step, std::uint32_t begin,
                 std::span<const std::span<const float>> inputs, std::span<float> values) const noexcept;
 
@@ -53,6 +58,7 @@ class Formula {
 
   Program program_;
   std::vector<std::string> inputs_;
+  std::vector<FormulaDistance> distances_;
   bool uses_place_ = false;
 };
 

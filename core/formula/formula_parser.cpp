@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -56,6 +57,11 @@ class Parser {
       fail(next(), "an operator such as \"*\" is missing before " + shown(next()));
     }
     parsed_.program = builder_.finish(value);
+    for (Instruction& instruction : parsed_.program.instructions) {
+      if (instruction.op != Op::kInput) continue;
+      std::uint16_t& input = instruction.operands[0].index;
+      if (input >= kDistances) input = static_cast<std::uint16_t>(input - kDistances + parsed_.inputs.size());
+    }
     return std::move(parsed_);
   }
 
@@ -233,6 +239,7 @@ class Parser {
     const Token name = take();
     const FormulaFunction* function = find_function(name.text);
     const bool known = std::ranges::find(channels_, name.text) != channels_.end();
+    if (is_distance_function(name.text)) return distance(name, known);
     if (next().is_sign("(")) {
       if (function != nullptr) return call(name, *function);
       fail_at_call(name, known);
@@ -256,6 +263,7 @@ class Parser {
     }
     std::vector<NamedCandidate> functions;
     for (const FormulaFunction& each : formula_functions()) functions.push_back({each.name});
+    for (const std::string& each : distance_functions()) functions.push_back({each});
     const std::string near = hint_of_name(functions, name.text, '"');
     fail(name, "no function is called " + double_quoted(name.text) +
                    (near.empty() ? "; write one of " + choice_text(functions) : near));
@@ -277,6 +285,23 @@ class Parser {
     Value value = values[0];
     for (std::size_t i = 1; i < values.size(); ++i) value = apply(name, function.op, {value, values[i], value});
     return value;
+  }
+
+  Value distance(const Token& name, bool is_channel) {
+    const bool is_call = next().is_sign("(") && next(1).kind == Token::Kind::kNumber && next(2).is_sign(")");
+    if (!is_call || !(next(1).number >= kLeastReachMm && next(1).number <= kMostReachMm)) {
+      fail(name, double_quoted(name.text) +
+                     " takes how far the distance is wanted, a number of mm from 0.001 to 1e6, as in \"" + name.text +
+                     "(2)\"" + (is_channel ? "; write the channel's name in double quotes" : ""));
+    }
+    take();
+    const FormulaDistance read{name.text == distance_functions()[1], take().number};
+    take();
+    count(name);
+    const auto found = std::ranges::find(parsed_.distances, read);
+    const auto index = static_cast<std::uint16_t>(found - parsed_.distances.begin());
+    if (found == parsed_.distances.end()) parsed_.distances.push_back(read);
+    return builder_.input(static_cast<std::uint16_t>(kDistances + index));
   }
 
   void close_call(const Token& open) {
@@ -329,6 +354,9 @@ class Parser {
     if (!near.empty()) return near;
     return known.empty() ? "; there are no channels to read" : "; the channels are " + echoed_names(known, '"');
   }
+
+  static constexpr double kLeastReachMm = 1e-3, kMostReachMm = 1e6;
+  static constexpr std::uint16_t kDistances = 1 << 15;  // Numbers of such inputs, while channels are being found.
 
   std::vector<Token> tokens_;
   std::span<const std::string> channels_;

@@ -16,10 +16,19 @@
 
 namespace ccslice {
 
+/// How far a point is from a surface of the part, mm.
+struct FormulaDistance {
+  bool from_interfaces = false;  // From where cell regions meet, and not from the boundary.
+  double reach_mm = 0;           // That of points that are farther.
+
+  bool operator==(const FormulaDistance&) const = default;
+};
+
 struct ParsedFormula {
   Program program;
-  std::vector<std::string> inputs;  // Channels that it reads, in the order of first use.
-  bool uses_place = false;          // Whether it reads coordinates.
+  std::vector<std::string> inputs;         // Channels that it reads, in the order of first use.
+  std::vector<FormulaDistance> distances;  // That it reads: inputs of the program behind the channels.
+  bool uses_place = false;                 // Whether it reads coordinates.
 };
 
 /// `channels`: names that the formula may read. Throws FormulaError.

@@ -19,20 +19,23 @@ enum class FormulaFrame { kMesh, kWorld };
 
 class FormulaSource final : public ChannelSource {
  public:
-  /// Values are clamped to the range. REQUIRES: range.min <= range.max, both of which floats can hold.
-  FormulaSource(ChannelRange range, Formula formula, FormulaFrame frame);
+  /// Values are clamped to the range. `distances`: of formula.distances(), in their order. REQUIRES: range.min <=
+  /// range.max, both of which floats can hold.
+  FormulaSource(ChannelRange range, Formula formula, FormulaFrame frame, ChannelSources distances = {});
 
   const Formula& formula() const noexcept { return formula_; }
 
   const ChannelRange& range() const noexcept override { return range_; }
   std::span<const std::string> inputs() const noexcept override { return formula_.inputs(); }
   void sample_row(const SourceRow& row, std::span<const std::span<const float>> inputs,
-                  std::span<float> values) const noexcept override;
+                  std::span<float> values) const override;
+  double memory_bytes(const CancellationToken& cancel = {}) const override;
 
  private:
   ChannelRange range_;
   Formula formula_;
   FormulaFrame frame_;
+  ChannelSources distances_;
 };
 
 }  // namespace ccslice

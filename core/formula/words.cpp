@@ -29,6 +29,15 @@ const FormulaFunction* find_function(std::string_view name) {
   return found == functions.end() ? nullptr : &*found;
 }
 
+std::span<const std::string> distance_functions() {
+  static const std::array<std::string, 2> kFunctions = {"distance", "interface_distance"};
+  return kFunctions;
+}
+
+bool is_distance_function(std::string_view name) {
+  return std::ranges::find(distance_functions(), name) != distance_functions().end();
+}
+
 std::span<const std::string> formula_variables() {
   static const std::array<std::string, 6> kVariables = {"x", "y", "z", "r", "theta", "pi"};
   return kVariables;

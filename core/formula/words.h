@@ -26,6 +26,10 @@ std::span<const FormulaFunction> formula_functions();
 /// nullptr if there is none of that name.
 const FormulaFunction* find_function(std::string_view name);
 
+/// From the boundary, and from where cell regions meet. They take a number.
+std::span<const std::string> distance_functions();
+bool is_distance_function(std::string_view name);
+
 /// x y z r theta pi.
 std::span<const std::string> formula_variables();
 

@@ -4,6 +4,8 @@
 #include "core/mesh_files/gmsh_groups.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 #include <cstdlib>
 #include <optional>
 #include <string_view>
@@ -22,10 +24,15 @@ constexpr int kBoxReals = 6, kPointReals = 3;
 }  // namespace
 
 /// The names are text in binary files, too.
-void GmshGroups::read_names(GmshScanner& scanner) {
+void GmshGroups::read_names(GmshScanner& scanner, bool with_dimensions) {
   TextScanner& text = scanner.text();
   const std::uint64_t count = text.count("the number of physical names");
+  if (!with_dimensions) text.end_line();
   for (std::uint64_t i = 0; i < count; ++i) {
+    if (!with_dimensions) {
+      read_name_of_version_2_0(text);
+      continue;
+    }
     const auto dimension = text.integer("a physical group's dimension");
     const std::int64_t tag = text.integer("a physical group's tag");
     const std::string_view line = text.rest_of_line();
@@ -33,6 +40,24 @@ void GmshGroups::read_names(GmshScanner& scanner) {
     if (!name) text.fail("a name in quotes", printable(line));
     groups_.push_back({dimension, std::abs(tag), std::string(*name)});
   }
+}
+
+/// A tag and a name, or a dimension before them: programs that write version 2.0 do either, with a blank before the
+/// name or without. A name without a dimension goes to the volumes of that tag.
+void GmshGroups::read_name_of_version_2_0(TextScanner& text) {
+  const std::string_view line = text.rest_of_line();
+  const std::optional<std::string_view> name = between_quotes(line);
+  std::vector<std::int64_t> numbers;
+  std::string_view rest = line.substr(0, line.find('"'));
+  while (!(rest = rest.substr(std::min(rest.find_first_not_of(" \t"), rest.size()))).empty()) {
+    const auto [end, status] = std::from_chars(rest.data(), rest.data() + rest.size(), numbers.emplace_back());
+    if (status != std::errc()) break;
+    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+  }
+  if (!name || !rest.empty() || numbers.empty() || numbers.size() > 2) {
+    text.fail("a physical group's tag and a name in quotes", printable(line));
+  }
+  groups_.push_back({numbers.size() == 2 ? numbers.front() : kVolume, std::abs(numbers.back()), std::string(*name)});
 }
 
 void GmshGroups::read_entities(GmshScanner& scanner, bool partitioned) {

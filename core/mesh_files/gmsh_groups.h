@@ -21,7 +21,8 @@ namespace ccslice {
 class GmshGroups {
  public:
   /// Between the names of their sections and the ends. Throw Error{kFileSyntax}.
-  void read_names(GmshScanner& scanner);
+  /// In version 2.0 names may come without dimensions.
+  void read_names(GmshScanner& scanner, bool with_dimensions);
   void read_entities(GmshScanner& scanner, bool partitioned);
 
   /// The next cell is of this volume and, in version 2, of this group; 0: of none.
@@ -36,6 +37,7 @@ class GmshGroups {
   void finish(MeshFile& file);
 
  private:
+  void read_name_of_version_2_0(TextScanner& text);
   struct Group {
     std::int64_t dimension;
     std::int64_t tag;

@@ -78,7 +78,7 @@ class GmshReader {
 
   GmshScanner scanner_;
   const MeshLimits& limits_;
-  bool version_4_ = false;
+  bool version_4_ = false, version_2_0_ = false;
   NodeNumbers nodes_;
   UnfitNumbers unfit_;
   GmshCells cells_;
@@ -108,15 +108,17 @@ void GmshReader::read_format() {
   }
   const std::string version(text.next("a format version"));
   version_4_ = version == "4.1";
+  version_2_0_ = version == "2" || version == "2.0";
   if (!version_4_ && version != "2" && !version.starts_with("2.")) {
     text.fail_with(ErrorCode::kFileUnsupported,
                    "MSH version " + printable(version) + " is not known: save it with `gmsh -format msh41`, or msh22");
   }
   const std::uint64_t is_binary = text.count_up_to("0 (ASCII) or 1 (binary)", 1);
   const std::uint64_t data_size = text.count("the size of numbers, 8");
-  if (data_size != 8) {
+  if (is_binary == 1 && data_size != 8) {
     text.fail_with(ErrorCode::kFileUnsupported,
-                   "numbers of " + std::to_string(data_size) + " bytes; 8 are read: save the mesh with Gmsh anew");
+                   "a binary file with numbers of " + std::to_string(data_size) +
+                       " bytes; 8 are read: save it as text with the program that wrote it");
   }
   if (is_binary == 1) scanner_.set_binary();
   scanner_.close_section("MeshFormat");
@@ -133,7 +135,7 @@ void GmshReader::read_section() {
     version_4_ ? read_elements_4() : read_elements_2();
     scanner_.close_section(name);
   } else if (name == "PhysicalNames") {
-    groups_.read_names(scanner_);
+    groups_.read_names(scanner_, !version_2_0_);
     scanner_.close_section(name);
   } else if (version_4_ && (name == "Entities" || name == "PartitionedEntities")) {
     read_entities(name);

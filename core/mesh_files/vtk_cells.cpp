@@ -124,13 +124,16 @@ void VtkCellAppender::append_cell(const VtkCells& cells, std::size_t cell, const
   if (!degree) {
     const bool fixed = type.family == VtkFamily::kFixed;
     const std::string what = fixed && type.points == type.corners() ? " corners" : " points";
-    scanner.fail_at(cells.places[cell], ErrorCode::kFileSyntax,
-                    "cell " + std::to_string(cells.first_number + cell) + " (from 0) is of VTK type " +
-                        std::to_string(cells.types[cell]) +
-                        (fixed ? ", which has " + std::to_string(type.points) + what + ", but lists "
-                               : ", which no degree gives as many points as it lists: ") +
-                        std::to_string(points),
-                    "cells", {static_cast<std::int64_t>(cells.first_number + cell)});
+    scanner.fail_at(
+        cells.places[cell], ErrorCode::kFileSyntax,
+        "cell " + std::to_string(cells.first_number + cell) + " (from 0) is of VTK type " +
+            std::to_string(cells.types[cell]) +
+            (fixed ? ", which has " + std::to_string(type.points) + what + ", but lists "
+                   : ", which no degree gives as many points as it lists: ") +
+            std::to_string(points) +
+            (only_second && points > type.points ? "; quadratic cells have types of their own: 24, 25, 26, 29 or 32"
+                                                 : ""),
+        "cells", {static_cast<std::int64_t>(cells.first_number + cell)});
   }
   ControlMesh& mesh = file_.mesh;
   const bool voxel = cells.types[cell] == kVtkVoxel;

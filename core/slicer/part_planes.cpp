@@ -4,6 +4,7 @@
 #include "core/slicer/part_planes.h"
 
 #include <string>
+#include <utility>
 
 #include "core/base/contains.h"
 #include "core/channel/channel_table.h"
@@ -17,6 +18,18 @@ PlaneSpec float_plane(const std::string& channel) {
   plane.channel = channel;
   plane.sample_type = SampleType::kFloat32;
   return plane;
+}
+
+/// The values that overrides compare the channel with.
+std::vector<float> override_bounds(const SliceJob& job, const std::string& channel) {
+  std::vector<float> bounds;
+  if (!shows_materials(job)) return bounds;
+  for (const MaterialMap* map : maps_of(*job.printing)) {
+    for (const MapOverride& first : map->overrides) {
+      if (first.channel == channel) bounds.push_back(static_cast<float>(first.below));
+    }
+  }
+  return bounds;
 }
 
 }  // namespace
@@ -65,17 +78,26 @@ std::vector<PlaneSpec> cut_channels(const SliceJob& job) {
   return job.cut ? std::vector{float_plane(*job.cut)} : std::vector<PlaneSpec>();
 }
 
-std::vector<const ChannelSource*> used_sources(const SliceJob& job) {
-  std::vector<const ChannelSource*> used;
+std::vector<UsedSource> used_sources(const SliceJob& job) {
+  std::vector<UsedSource> used;
   if (job.sources.empty()) return used;
-  std::vector<std::string> wanted;
+  std::vector<std::string> wanted;  // For their values.
   for (const PlaneSpec& plane : shown_channels(job)) wanted.push_back(plane.channel);
-  for (const PlaneSpec& plane : mixed_channels(job)) wanted.push_back(plane.channel);
+  if (shows_materials(job)) {
+    for (const MaterialMap* map : maps_of(*job.printing)) {
+      const std::vector<std::string> channels = kind_channels_of(*map);
+      wanted.insert(wanted.end(), channels.begin(), channels.end());
+    }
+  }
   if (job.cut) wanted.push_back(*job.cut);
   for (std::size_t left = job.sources.size(); left > 0; --left) {
     const ChannelSource& source = *job.sources[left - 1];
-    if (!contains(wanted, source.range().name)) continue;
-    used.insert(used.begin(), &source);
+    UsedSource use{&source, {}};
+    if (!contains(wanted, source.range().name)) {
+      use.bounds = override_bounds(job, source.range().name);
+      if (use.bounds.empty()) continue;
+    }
+    used.insert(used.begin(), std::move(use));
     wanted.insert(wanted.end(), source.inputs().begin(), source.inputs().end());
   }
   return used;
@@ -83,8 +105,8 @@ std::vector<const ChannelSource*> used_sources(const SliceJob& job) {
 
 std::vector<PlaneSpec> read_channels(const SliceJob& job) {
   std::vector<std::string> read;
-  for (const ChannelSource* source : used_sources(job)) {
-    for (const std::string& input : source->inputs()) {
+  for (const UsedSource& use : used_sources(job)) {
+    for (const std::string& input : use.source->inputs()) {
       if (!contains(read, input)) read.push_back(input);
     }
   }

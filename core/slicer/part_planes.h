@@ -14,6 +14,7 @@
 #include "core/base/cancellation.h"
 #include "core/channel/channel_source.h"
 #include "core/field/contone.h"
+#include "core/field/source_pass.h"
 #include "core/job/slice_job.h"
 #include "core/limit/limit_solid.h"
 #include "core/raster/layer_window.h"
@@ -38,8 +39,8 @@ std::vector<PlaneSpec> override_channels(const SliceJob& job);
 std::vector<PlaneSpec> cut_channels(const SliceJob& job);
 
 /// The job's sources whose channels are shown, mixed, cut by, or read by others of these: each after those that it
-/// reads.
-std::vector<const ChannelSource*> used_sources(const SliceJob& job);
+/// reads. Those that overrides alone read have their bounds.
+std::vector<UsedSource> used_sources(const SliceJob& job);
 
 /// The planes that used_sources() read: each of their inputs once, as floats.
 std::vector<PlaneSpec> read_channels(const SliceJob& job);

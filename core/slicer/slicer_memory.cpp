@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 #include <variant>
@@ -114,8 +115,8 @@ double encoded_bytes(const SliceJob& job, const LayerWindow& window) {
 /// Rows of values that sources read and write.
 double source_bytes(const SliceJob& job) {
   double most = 0;
-  for (const ChannelSource* source : used_sources(job)) {
-    most = std::max(most, 1.0 + static_cast<double>(source->inputs().size()));
+  for (const UsedSource& use : used_sources(job)) {
+    most = std::max(most, 1.0 + static_cast<double>(use.source->inputs().size()));
   }
   return kGrowth * most * job.grid.extent.columns * sizeof(float);
 }
@@ -349,6 +350,13 @@ SlicerMemory slicer_memory(const PlacedParts& parts, const CancellationToken& ca
     memory.slicer_bytes += copies * of_part.slicer_bytes;
     memory.crossings += copies * of_part.crossings;
     memory.tiles_fit.insert(memory.tiles_fit.end(), copies, of_part.tiles_fit.front());
+  }
+  std::set<const ChannelSource*> sources;  // Parts share them.
+  for (const PlacedPart& part : parts) {
+    for (const UsedSource& use : used_sources(part.job)) {
+      if (!sources.insert(use.source).second) continue;
+      memory.shared_bytes += static_cast<std::uint64_t>(use.source->memory_bytes(cancel));
+    }
   }
   const SliceJob& job = parts.front().job;
   const LayerWindow window = window_of_parts(parts);

@@ -111,5 +111,25 @@ TEST_F(CommandLineFields, ThatLeaveNothingHaveNoPicture) {
   EXPECT_THAT(drawn.err, HasSubstr("--cut-where leaves nothing"));
 }
 
+TEST_F(CommandLineFields, MakeShellsInOrderFromTheSurface) {
+  const std::vector<std::string> materials = {"--material",  "core=#ff0000", "--material",
+                                              "mid=#00ff00", "--material",   "skin=#0000ff"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.end(), materials.begin(), materials.end());
+    return more;
+  };
+  const std::string manifest = manifest_of(with({"--shell", "1=skin", "--shell", "0.5=mid"}), "shells");
+  EXPECT_THAT(manifest, HasSubstr("\"name\":\"--shell\",\"formula\":\"distance(1.5)\""));
+  const auto usage = [&](const std::string& shell) {
+    const ProcessResult result = run(with({"slice", box_, "--pitch", "0.5", "-o", path("no"), "--shell", shell}));
+    EXPECT_EQ(result.exit_code, cli::kExitUsage);
+    return result.err;
+  };
+  EXPECT_THAT(usage("skin"), HasSubstr("--shell takes MM=MATERIAL, as in '0.5=VeroBlack', not 'skin'"));
+  EXPECT_THAT(usage("-1=skin"), HasSubstr("a shell is thicker than 0 mm"));
+  const ProcessResult unknown = run(with({"slice", box_, "--pitch", "0.5", "-o", path("no"), "--shell", "1=bark"}));
+  EXPECT_THAT(unknown.err, AllOf(HasSubstr("--where or --shell"), HasSubstr("bark")));
+}
+
 }  // namespace
 }  // namespace ccslice::client

@@ -32,6 +32,7 @@ COVERED = {
     "solid_data": ("limit_solid_test", "a struct; its queries are tested there"),
     "version": ("server_process_test", "a constant, which programs compare there"),
     "types": ("grid_test", "names of Eigen's types"),
+    "float_points": ("triangle_lanes_test", "names of arrays"),
     "formula_error": ("formula_parser_test", "a column and a message"),
     "interval": ("interval_operations_test", "a struct"),
     "program": ("run_program_test", "structs and an enum"),

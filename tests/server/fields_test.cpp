@@ -53,6 +53,8 @@ class Fields : public testing::Test {
     }
   }
 
+  static double depth_in_box(double x, double y, double z) { return std::min({x, y, z, 10 - x, 10 - y, 10 - z}); }
+
   Sliced sliced() {
     Sliced sliced = server_.slice(request_);
     EXPECT_TRUE(sliced.status.ok()) << sliced.status.error_message();
@@ -323,6 +325,68 @@ TEST_F(Fields, AreRefusedWithoutKindRangeFrameOrEnd) {
   EXPECT_EQ(too_many.field, "job.fields");
   job_->mutable_fields()->RemoveLast();
   EXPECT_TRUE(server_.slice(request_).status.ok());
+}
+
+TEST_F(Fields, MeasureTheDepthOfThePlacedPart) {
+  add("depth", "distance(3)");
+  add("hollow", "distance(3) + 100*distance(1)");
+  show("depth");
+  show("hollow");
+  const Sliced result = sliced();
+  expect_values(
+      result, 1, [](double x, double y, double z) { return std::min(depth_in_box(x, y, z), 3.0); }, 1e-5);
+  expect_values(
+      result, 2,
+      [](double x, double y, double z) {
+        const double depth = depth_in_box(x, y, z);
+        return std::min(depth, 3.0) + 100 * std::min(depth, 1.0);
+      },
+      1e-3);
+  // The same distances in mm for the part at half the size.
+  v1::Placement& half = *job_->mutable_parts(0)->add_placements();
+  for (const double entry : {0.5, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0}) half.add_matrix(entry);
+  for (auto set : {&v1::VoxelPitch::set_x_mm, &v1::VoxelPitch::set_y_mm, &v1::VoxelPitch::set_z_mm}) {
+    (job_->mutable_grid()->mutable_pitch()->*set)(0.5);
+  }
+  expect_values(
+      sliced(), 1, [](double x, double y, double z) { return std::min(0.5 * depth_in_box(x, y, z), 3.0); }, 1e-5);
+}
+
+TEST_F(Fields, MakeShells) {
+  for (const auto& [name, colour] : {std::pair{"core", 0xff0000ffu}, {"inner", 0x00ff00ffu}, {"outer", 0x0000ffffu}}) {
+    v1::PrintMaterial& material = *job_->mutable_printing()->add_materials();
+    material.set_name(name);
+    material.set_rgba(colour);
+  }
+  add("depth", "distance(2.25)");
+  v1::MaterialMap& map = *job_->mutable_printing()->mutable_map();
+  map.set_material("core");
+  for (const auto& [below, material] : {std::pair{1.25, "outer"}, {2.25, "inner"}}) {
+    v1::MapOverride& shell = *map.add_overrides();
+    shell.set_channel("depth");
+    shell.set_below(below);
+    shell.set_material(material);
+  }
+  v1::PlaneSpec& plane = *job_->add_planes();
+  plane.mutable_materials();
+  plane.set_sample_type(v1::SAMPLE_TYPE_UINT8);
+  plane.set_encoding(v1::PLANE_ENCODING_RAW);
+  const Sliced result = sliced();
+  for (std::uint32_t layer = 0; layer < 10; ++layer) {
+    for (std::uint32_t voxel = 0; voxel < kColumns * kRows; ++voxel) {
+      const double depth = depth_in_box(voxel % kColumns + 0.5, voxel / kColumns + 0.5, layer + 0.5);
+      const int expected = depth < 1.25 ? 3 : depth < 2.25 ? 2 : 1;
+      ASSERT_EQ(static_cast<int>(result.planes.at(layer)[1][voxel]), expected) << layer << " " << voxel;
+    }
+  }
+}
+
+TEST_F(Fields, RefuseDistancesThatThereAreNone) {
+  add("seam", "1 + interface_distance(2)");
+  EXPECT_THAT(failure().message, HasSubstr("fields[0].formula: \"seam\": the mesh has no cell regions that meet"));
+  job_->clear_fields();
+  for (int i = 1; i <= 5; ++i) add("d" + std::to_string(i), "x + distance(" + std::to_string(i) + ")");
+  EXPECT_THAT(failure().message, HasSubstr("fields[4].formula: \"d5\": a job has at most 4 distances"));
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ struct Fit {
 };
 
 /// Options that have to fit twice have two rows.
-constexpr std::array<Fit, 38> kFits = {{
+constexpr std::array<Fit, 39> kFits = {{
     {"MORE", kLayer},
     {"--at", kLayer},
     {"--job", kLayer},
@@ -85,6 +85,7 @@ constexpr std::array<Fit, 38> kFits = {{
     {"--material", kMaterials},
     {"--map", kMaterials},
     {"--where", kMaterials},
+    {"--shell", kMaterials},
     {"--strict", kMaterials},
     {"--halftone", kHalftone | kPrinted},
     {"--seed", kHalftone | kPrinted},

@@ -348,15 +348,15 @@ bool check_and_change(const MeshOptions& options, const Changes& changes, bool q
   return was_split;
 }
 
-/// Cells that lie in each other, say, are a fault of the mesh only once their points are joined.
+/// Cells that lie in each other, or on one side of a face, are a fault of the mesh only once their points are joined.
 template <typename Action>
 bool after_merging(bool joined, const Action& action) {
   try {
     return action();
   } catch (const Error& error) {
-    const bool by_topology = error.code() == ErrorCode::kMeshNonManifoldFace ||
-                             error.code() == ErrorCode::kMeshSharedFaces ||
-                             error.code() == ErrorCode::kMeshValenceTooHigh;
+    const bool by_topology =
+        error.code() == ErrorCode::kMeshNonManifoldFace || error.code() == ErrorCode::kMeshSharedFaces ||
+        error.code() == ErrorCode::kMeshInvertedCell || error.code() == ErrorCode::kMeshValenceTooHigh;
     if (!joined || !by_topology) throw;
     throw Error(error.code(), error.what() + std::string(" (points in one place were joined: --no-merge)"),
                 error.field(), error.ids());

@@ -11,6 +11,7 @@
 #include "client/cli/base/option_group.h"
 #include "client/cli/base/text_values.h"
 #include "client/cli/options/resins.h"
+#include "core/base/number_text.h"
 
 namespace ccslice::cli {
 namespace {
@@ -258,6 +259,28 @@ v1::MapOverride parse_override(const std::string& text) {
   return result;
 }
 
+constexpr const char* kShellField = "--shell";
+
+/// A shell ends so far below the surface.
+struct Shell {
+  double below_mm;
+  std::string material;
+};
+
+std::vector<Shell> parse_shells(const std::vector<std::string>& texts) {
+  std::vector<Shell> shells;
+  double below_mm = 0;
+  for (const std::string& text : texts) {
+    const std::string taken = "--shell takes MM=MATERIAL, as in '0.5=VeroBlack'";
+    const auto [thickness, material] = parse_pair(taken, text);
+    const double mm = parse_number("--shell", thickness);
+    if (!(mm > 0)) throw UsageError(taken + ", not '" + text + "': a shell is thicker than 0 mm");
+    below_mm += mm;
+    shells.push_back({below_mm, material});
+  }
+  return shells;
+}
+
 template <class Change>
 void change_maps(v1::Printing& printing, const Change& change) {
   if (printing.has_map()) change(*printing.mutable_map());
@@ -265,15 +288,21 @@ void change_maps(v1::Printing& printing, const Change& change) {
 }
 
 /// Adds overrides to all maps. Without a map the first material takes what is left.
-void parse_overrides(const std::vector<std::string>& texts, v1::Printing& printing) {
-  if (texts.empty()) return;
+void parse_overrides(const PrintingOptions& options, v1::Printing& printing) {
+  std::vector<v1::MapOverride> overrides;
+  for (const std::string& text : options.where) overrides.push_back(parse_override(text));
+  for (const Shell& shell : parse_shells(options.shells)) {
+    v1::MapOverride& of_shell = overrides.emplace_back();
+    of_shell.set_channel(kShellField);
+    of_shell.set_below(shell.below_mm);
+    of_shell.set_material(shell.material);
+  }
+  if (overrides.empty()) return;
   if (!printing.has_map() && printing.cell_region_maps().empty()) {
     printing.mutable_map()->set_material(printing.materials(0).name());
   }
-  for (const std::string& text : texts) {
-    const v1::MapOverride first = parse_override(text);
-    change_maps(printing, [&](v1::MaterialMap& map) { *map.add_overrides() = first; });
-  }
+  change_maps(printing,
+              [&](v1::MaterialMap& map) { map.mutable_overrides()->Add(overrides.begin(), overrides.end()); });
 }
 
 v1::HalftoneMethod method_of(const std::string& name) {
@@ -313,6 +342,14 @@ void add_printing_options(CLI::App& command, PrintingOptions& options) {
                   "counts; without a --map the first --material takes the rest")
       ->allow_extra_args(false)
       ->needs(material);
+  command
+      .add_option(
+          "--shell", options.shells,
+          "Make all of one material what is less than so many mm below the surface: MM=MATERIAL, as in "
+          "'0.5=VeroBlack'. A second one lies under the first. --where goes before them, and they before any --map. "
+          "docs/fields.md says how exact they are")
+      ->allow_extra_args(false)
+      ->needs(material);
   command.add_option("--halftone", options.halftone, "How one material is chosen for each voxel")
       ->check(CLI::IsMember({"blue-noise", "error-diffusion", "largest-fraction", "white-noise"}))
       ->capture_default_str();
@@ -326,6 +363,15 @@ void add_background_option(CLI::App& command, PrintingOptions& options) {
   command
       .add_option("--background", options.background, "Colour outside, #RRGGBB or #RRGGBBAA (default: opaque black)")
       ->group("Materials");
+}
+
+std::optional<v1::Field> parse_shell_field(const PrintingOptions& options) {
+  const std::vector<Shell> shells = parse_shells(options.shells);
+  if (shells.empty()) return std::nullopt;
+  v1::Field field;
+  field.set_name(kShellField);
+  field.set_formula("distance(" + number_text(shells.back().below_mm) + ")");
+  return field;
 }
 
 std::optional<v1::Printing> parse_printing(const PrintingOptions& options) {
@@ -345,7 +391,7 @@ std::optional<v1::Printing> parse_printing(const PrintingOptions& options) {
   }
   if (!options.background.empty()) printing.set_background_rgba(parse_colour("--background", options.background));
   parse_maps(options.maps, printing);
-  parse_overrides(options.where, printing);
+  parse_overrides(options, printing);
   if (options.strict) change_maps(printing, [](v1::MaterialMap& map) { map.set_strict(true); });
   printing.mutable_halftone()->set_method(method_of(options.halftone));
   printing.mutable_halftone()->set_seed(options.seed);

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "ccslice/v1/material.pb.h"
+#include "ccslice/v1/job.pb.h"
 
 namespace ccslice::cli {
 
@@ -19,6 +19,7 @@ struct PrintingOptions {
   std::vector<std::string> materials;  // NAME=#RRGGBB[AA].
   std::vector<std::string> maps;       // [region:NAME=]blend:..., calibration:..., direct:..., colour:..., material:...
   std::vector<std::string> where{};    // CHANNEL<VALUE=MATERIAL.
+  std::vector<std::string> shells{};   // MM=MATERIAL, in order from the surface.
   std::string halftone = "blue-noise";
   std::uint64_t seed = 0;
   bool strict = false;
@@ -29,6 +30,8 @@ void add_printing_options(CLI::App& command, PrintingOptions& options);
 /// The colour of voxels outside, which pictures of layers hold and drawings don't show.
 void add_background_option(CLI::App& command, PrintingOptions& options);
 
+/// The field that the printing's shells read, if it has any. Throws UsageError.
+[[nodiscard]] std::optional<v1::Field> parse_shell_field(const PrintingOptions& options);
 /// Nothing if no material is named. Throws UsageError.
 [[nodiscard]] std::optional<v1::Printing> parse_printing(const PrintingOptions& options);
 

@@ -53,7 +53,8 @@ namespace ccslice::server {
 /// `Solver`, of one thread at a time, has the types Request, Response and Setting, and
 ///
 ///     Solver(MeshPtr);
-///     static void accept(const Request&, const LimitSolid&, const SliceLimits&, Setting&);   // Throws.
+///     static void accept(const Request&, const std::shared_ptr<const LimitSolid>&, const SliceLimits&,
+///                        Setting&);                                                          // Throws.
 ///     void answer(const Setting&, const Request&, Response&, const CancellationToken&);      // Throws.
 ///     static constexpr std::uint64_t kBytes;                                                 // What it holds, about.
 ///     static std::size_t points(const Request&);
@@ -322,7 +323,7 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
       throw ServiceError(ServiceErrorCode::kRequestMalformed,
                          "mesh_id changes within the call: make another call for another mesh", "mesh_id");
     }
-    Solver::accept(batch.request, *mesh_->solid(), state_.slice_limits, setting_);
+    Solver::accept(batch.request, mesh_->solid(), state_.slice_limits, setting_);
     batch.setting = setting_;
     batch.is_accepted = true;
   }

@@ -64,18 +64,21 @@ class ProbeSolver {
 
   static std::size_t points(const Request& request) { return static_cast<std::size_t>(request.points_mm_size()) / 3; }
   static std::uint64_t answer_bytes(std::size_t points, std::size_t channels, const Setting& setting) {
-    return points * (3 * sizeof(std::int32_t) + (3 + channels + setting.sources.size() + 1) * sizeof(double));
+    double of_sources = 0;
+    for (const auto& source : setting.sources) of_sources += source->memory_bytes();
+    return points * (3 * sizeof(std::int32_t) + (3 + channels + setting.sources.size() + 1) * sizeof(double)) +
+           static_cast<std::uint64_t>(of_sources);
   }
 
-  static void accept(const Request& request, const LimitSolid& solid, const SliceLimits& limits, Setting& setting) {
+  static void accept(const Request& request, const std::shared_ptr<const LimitSolid>& solid, const SliceLimits& limits,
+                     Setting& setting) {
     if (request.has_placement()) {
-      setting.placement = to_placement(request.placement(), solid.summary().bounding_box, limits);
+      setting.placement = to_placement(request.placement(), solid->summary().bounding_box, limits);
     }
     if (!request.fields().empty()) setting.fields = std::make_shared<const Fields>(request.fields());
     if (setting.fields && (request.has_placement() || !request.fields().empty())) {
-      const SolidSummary& summary = solid.summary();
-      setting.sources =
-          to_sources(*setting.fields, summary, summary.bounding_box.transformed(Placement(setting.placement)));
+      const Box3 box = solid->summary().bounding_box.transformed(Placement(setting.placement));
+      setting.sources = to_sources(*setting.fields, solid, setting.placement.linear(), box);
     }
     if (!request.has_contour_tolerance_mm()) return;
     const double tolerance_mm = request.contour_tolerance_mm(), most_mm = limits.max_contour_tolerance_mm;
@@ -179,9 +182,10 @@ class EvaluateSolver {
     return points * (3 + channels + 9) * sizeof(double);
   }
 
-  static void accept(const Request& request, const LimitSolid& solid, const SliceLimits& limits, Setting& setting) {
+  static void accept(const Request& request, const std::shared_ptr<const LimitSolid>& solid, const SliceLimits& limits,
+                     Setting& setting) {
     if (!request.has_placement()) return;
-    setting.placement = to_placement(request.placement(), solid.summary().bounding_box, limits);
+    setting.placement = to_placement(request.placement(), solid->summary().bounding_box, limits);
   }
 
   void answer(const Setting& setting, const Request& request, Response& response, const CancellationToken& cancel) {

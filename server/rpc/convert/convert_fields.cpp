@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,9 +15,11 @@
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/channel/channel_table.h"
+#include "core/distance/distance_source.h"
 #include "core/formula/formula.h"
 #include "core/formula/formula_error.h"
 #include "core/formula/formula_source.h"
+#include "core/formula/words.h"
 
 namespace ccslice::server {
 namespace {
@@ -77,18 +80,18 @@ Interval rounded(const ChannelRange& range) {
   return {std::nextafter(static_cast<float>(range.min), -kEnd), std::nextafter(static_cast<float>(range.max), kEnd)};
 }
 
+ChannelRange given_range(const v1::Field& message, const std::string& path) {
+  const double low = message.range().min(), high = message.range().max();
+  if (low < high && is_float(low) && is_float(high)) return {message.name(), low, high};
+  refuse(ErrorCode::kValueRangeInvalid, path + ".range",
+         double_quoted(message.name()) + ", " + number_text(low) + " to " + number_text(high) +
+             " isn't a range of floats; give min below max");
+}
+
 /// All values that the formula may have in the box, or what the client says.
 ChannelRange range_of(const v1::Field& message, const Formula& formula, const std::vector<ChannelRange>& channels,
                       const Box3& box, const std::string& path) {
-  if (message.has_range()) {
-    const double low = message.range().min(), high = message.range().max();
-    if (low < high && is_float(low) && is_float(high)) {
-      return {message.name(), low, high};
-    }
-    refuse(ErrorCode::kValueRangeInvalid, path + ".range",
-           double_quoted(message.name()) + ", " + number_text(low) + " to " + number_text(high) +
-               " isn't a range of floats; give min below max");
-  }
+  if (message.has_range()) return given_range(message, path);
   std::vector<Interval> inputs;
   for (const std::string& name : formula.inputs()) {
     const auto channel = std::ranges::find(channels, name, &ChannelRange::name);
@@ -102,16 +105,68 @@ ChannelRange range_of(const v1::Field& message, const Formula& formula, const st
              "clamp(..., low, high), or give the field a range");
 }
 
+/// The distances that fields of a part read. Each takes memory and time, so formulas share them.
+class DistancesOfJob {
+ public:
+  DistancesOfJob(const std::shared_ptr<const LimitSolid>& solid, const Mat3& placed) : solid_(solid), placed_(placed) {}
+
+  /// As a channel of its own.
+  std::shared_ptr<const ChannelSource> made(const FormulaDistance& distance, ChannelRange range,
+                                            const std::string& path) {
+    const std::string name = double_quoted(range.name);
+    if (std::ranges::find(seen_, distance) == seen_.end()) seen_.push_back(distance);
+    if (seen_.size() > kMost) {
+      refuse(ErrorCode::kFieldInvalid, path + ".formula",
+             name + ": a job has at most " + std::to_string(kMost) +
+                 " distances of different reach; ask for the farthest, and let other formulas read that");
+    }
+    const SurfaceKind surface = distance.from_interfaces ? SurfaceKind::kInterfaces : SurfaceKind::kBoundary;
+    try {
+      return std::make_shared<DistanceSource>(std::move(range), solid_, placed_, surface, distance.reach_mm);
+    } catch (const Error& error) {
+      refuse(error.code(), path + ".formula", name + ": " + error.what());
+    }
+  }
+  /// For a formula of this name.
+  std::shared_ptr<const ChannelSource> find(const FormulaDistance& distance, const std::string& name,
+                                            const std::string& path) {
+    const auto known = std::ranges::find(shared_, distance, &Shared::distance);
+    if (known != shared_.end()) return known->source;
+    return shared_.emplace_back(Shared{distance, made(distance, {name, 0, distance.reach_mm}, path)}).source;
+  }
+
+ private:
+  static constexpr std::size_t kMost = 4;
+  struct Shared {
+    FormulaDistance distance;
+    std::shared_ptr<const ChannelSource> source;
+  };
+
+  const std::shared_ptr<const LimitSolid>& solid_;
+  const Mat3& placed_;
+  std::vector<Shared> shared_;
+  std::vector<FormulaDistance> seen_;
+};
+
 }  // namespace
 
-ChannelSources to_sources(const Fields& messages, const SolidSummary& solid, const Box3& world_box) {
+bool depend_on_placement(const Fields& messages) {
+  return std::ranges::any_of(messages, [](const v1::Field& field) {
+    return field.formula().find(distance_functions().front()) != std::string::npos;
+  });
+}
+
+ChannelSources to_sources(const Fields& messages, const std::shared_ptr<const LimitSolid>& solid, const Mat3& placed,
+                          const Box3& world_box) {
   if (messages.size() > kMaxFields) {
     refuse(ErrorCode::kFieldInvalid, "fields",
            std::to_string(messages.size()) + " are more than the " + std::to_string(kMaxFields) +
                " of a job; put formulas that are read once into those that read them");
   }
   ChannelSources sources;
-  std::vector<ChannelRange> channels = solid.channels;
+  const SolidSummary& summary = solid->summary();
+  DistancesOfJob shared(solid, placed);
+  std::vector<ChannelRange> channels = summary.channels;
   for (int i = 0; i < messages.size(); ++i) {
     const v1::Field& message = messages[i];
     const std::string path = "fields[" + std::to_string(i) + "]";
@@ -122,12 +177,21 @@ ChannelSources to_sources(const Fields& messages, const SolidSummary& solid, con
              double_quoted(message.name()) + " has nothing that this server knows to take values from; give a formula");
     }
     Formula formula = parse(messages, i, channels, path);
-    const Box3& box = frame == FormulaFrame::kWorld ? world_box : solid.bounding_box;
-    ChannelRange range = range_of(message, formula, channels, box, path);
+    const Box3& box = frame == FormulaFrame::kWorld ? world_box : summary.bounding_box;
+    ChannelRange range = formula.is_distance() && !message.has_range()
+                             ? ChannelRange{message.name(), 0, formula.distances().front().reach_mm}
+                             : range_of(message, formula, channels, box, path);
     channels.push_back(range);
-    sources.push_back(std::make_shared<FormulaSource>(std::move(range), std::move(formula), frame));
+    const std::span<const FormulaDistance> distances = formula.distances();
+    if (formula.is_distance()) {
+      sources.push_back(shared.made(distances.front(), std::move(range), path));
+      continue;
+    }
+    ChannelSources read;
+    for (const FormulaDistance& distance : distances) read.push_back(shared.find(distance, message.name(), path));
+    sources.push_back(std::make_shared<FormulaSource>(std::move(range), std::move(formula), frame, std::move(read)));
   }
-  ChannelTable(solid.channels, sources).validate_sources();
+  ChannelTable(summary.channels, sources).validate_sources();
   return sources;
 }
 

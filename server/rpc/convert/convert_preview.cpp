@@ -72,8 +72,10 @@ PreviewColours to_colours(const v1::PreviewContent& message, const std::shared_p
   throw ServiceError(ServiceErrorCode::kRequestMalformed, field + ": " + message, field);
 }
 
-PreviewJob to_plane_job(const v1::PreviewRequest& request, const PreviewSetting& setting, const LimitSolid& solid,
-                        const SliceLimits& limits, const CancellationToken& cancel) {
+PreviewJob to_plane_job(const v1::PreviewRequest& request, const PreviewSetting& setting,
+                        const std::shared_ptr<const LimitSolid>& shared_solid, const SliceLimits& limits,
+                        const CancellationToken& cancel) {
+  const LimitSolid& solid = *shared_solid;
   const v1::FreePlane& plane = request.plane().free();
   PreviewJob job;
   job.placement = setting.placement;
@@ -84,7 +86,7 @@ PreviewJob to_plane_job(const v1::PreviewRequest& request, const PreviewSetting&
   job.plane.up_mm = plane.up_mm_per_pixel() == 0 ? plane.across_mm_per_pixel() : plane.up_mm_per_pixel();
   job.plane.columns = request.width();
   job.plane.rows = request.height();
-  job.sources = to_sources(request.fields(), solid.summary(),
+  job.sources = to_sources(request.fields(), shared_solid, setting.placement.linear(),
                            solid.summary().bounding_box.transformed(Placement(setting.placement)));
   if (!request.cut().empty()) job.cut = request.cut();
   job.show = to_colours(request.content(), setting.printing);
@@ -166,7 +168,7 @@ PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& 
                        std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
                        const CancellationToken& cancel) {
   switch (request.plane().plane_case()) {
-    case v1::PreviewPlane::kFree: return to_plane_job(request, setting, *solids.front(), limits, cancel);
+    case v1::PreviewPlane::kFree: return to_plane_job(request, setting, solids.front(), limits, cancel);
     case v1::PreviewPlane::kLayer: return to_layer(request, solids, limits, cancel);
     default: malformed("neither free nor layer: say which plane", "plane");
   }

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
+#include <list>
 #include <optional>
 #include <string_view>
 #include <unordered_set>
@@ -237,15 +237,52 @@ class PlacedBoxes {
   Box3 box_;
 };
 
+/// Sources of parts. Those of one mesh share them, unless they lie otherwise and that makes a difference.
+class SourcesOfJob {
+ public:
+  SourcesOfJob(const Fields& fields, const Box3& box)
+      : fields_(fields), box_(box), depend_on_placement_(depend_on_placement(fields)) {}
+
+  const ChannelSources& find(const std::shared_ptr<const LimitSolid>& solid, const Placement& placement) {
+    const auto is_it = [&](const Made& made) {
+      return made.solid == solid && (!depend_on_placement_ || lie_alike(made.placement, placement));
+    };
+    const auto known = std::ranges::find_if(made_, is_it);
+    if (known != made_.end()) return known->sources;
+    if (depend_on_placement_ && made_.size() == kMostPlacements) {
+      throw Error(ErrorCode::kTooManyParts,
+                  "parts: fields read distances, of more than " + std::to_string(kMostPlacements) +
+                      " meshes and ways to turn or size them; slice some parts in a job of their own",
+                  "parts");
+    }
+    return made_.emplace_back(Made{solid, placement, to_sources(fields_, solid, placement.linear(), box_)}).sources;
+  }
+
+ private:
+  static constexpr std::size_t kMostPlacements = 64;
+  struct Made {
+    std::shared_ptr<const LimitSolid> solid;
+    Placement placement;
+    ChannelSources sources;
+  };
+
+  const Fields& fields_;
+  Box3 box_;
+  bool depend_on_placement_;
+  std::list<Made> made_;
+};
+
 PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::shared_ptr<const LimitSolid>> solids,
                             const SliceLimits& limits, const CancellationToken& cancel) {
   require_known_overlaps(message);
   PlacedParts parts;
+  std::vector<std::size_t> first_of;  // By part: its first copy.
   PlacedBoxes boxes;
   Box3 box;
   for (const PartPlace& place : part_places(message)) {
     const auto& [p, k] = place;
     const auto& solid = solids[static_cast<std::size_t>(p)];
+    if (k == 0) first_of.push_back(parts.size());
     PlacedPart& part = parts.emplace_back();
     part.name = name_of(message, place);
     part.solid = solid;
@@ -265,15 +302,16 @@ PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::sh
   std::optional<VoxelBox> region;
   if (message.has_region()) region = to_region(message.region(), grid);
   const auto planes = planes_of_all(message, parts);
-  std::map<const LimitSolid*, ChannelSources> sources;  // Parts of one mesh have the same.
+  SourcesOfJob sources(message.fields(), box);
   std::vector<SliceJob> jobs(static_cast<std::size_t>(message.parts_size()));
   std::uint64_t copied_bytes = 0;
   check_parts(message, [&](int p) {
     cancel.throw_if_cancelled();
     const LimitSolid& solid = *solids[static_cast<std::size_t>(p)];
     renaming({}, naming(message, p), [&] {
-      if (!sources.contains(&solid)) sources[&solid] = to_sources(message.fields(), solid.summary(), box);
-      SliceJob& job = jobs[static_cast<std::size_t>(p)] = job_of_part(message, p, solid, sources[&solid], planes);
+      const Placement& placement = parts[first_of[static_cast<std::size_t>(p)]].job.placement;
+      SliceJob& job = jobs[static_cast<std::size_t>(p)] =
+          job_of_part(message, p, solid, sources.find(solids[static_cast<std::size_t>(p)], placement), planes);
       job.grid = grid;
       job.region = region;
       validate_job(solid, job, limits);
@@ -289,6 +327,7 @@ PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::sh
       const Placement placement = placed.placement;
       placed = job;
       placed.placement = placement;
+      if (k > 0) placed.sources = sources.find(solids[static_cast<std::size_t>(p)], placement);
     }
   }
   if (parts.size() > 1) share_ranges(parts);

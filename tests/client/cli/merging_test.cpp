@@ -271,6 +271,20 @@ TEST_F(MergingCommand, SaysThatPointsWereJoinedWhereCellsLieInEachOther) {
                     HasSubstr("(points in one place were joined: --no-merge)")));
 }
 
+/// Two bodies of one node's place each, one inside the other's face: in contact, as CalculiX's decks have them.
+TEST_F(MergingCommand, SaysThatPointsWereJoinedWhereBodiesInContactLieOnOneSideOfAFace) {
+  const std::string mesh =
+      write("contact.inp",
+            "*NODE\n1,1,-1,1\n2,3,-1,1\n3,3,-1,-1\n4,1,-1,-1\n5,1,1,1\n6,3,1,1\n7,3,1,-1\n"
+            "8,1,1,-1\n11,1,-1,1\n12,9,-1,1\n13,9,-1,-1\n14,1,-1,-1\n15,1,1,1\n16,9,1,1\n"
+            "17,9,1,-1\n18,1,1,-1\n*ELEMENT,TYPE=C3D8\n2,1,2,3,4,5,6,7,8\n3,11,12,13,14,15,16,17,18\n");
+  const ProcessResult refused = run_alone({"info", mesh});
+  EXPECT_EQ(refused.exit_code, cli::kExitInput);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("on the same side of a face, in elements 2, 3"),
+                                 HasSubstr("(points in one place were joined: --no-merge)")));
+  EXPECT_EQ(run_alone({"info", mesh, "--no-merge"}).exit_code, cli::kExitOk);
+}
+
 TEST_F(MergingCommand, RefusesValuesThatDisagreeAndNamesTheWayOut) {
   std::vector<Point> points;
   std::vector<double> values;

@@ -119,6 +119,26 @@ TEST(Tessellate, IsBoundedBeforeItIsMade) {
   }
 }
 
+/// Leaves have no more triangles than chunks, and the same volume but for the tolerance.
+TEST(Tessellate, LeavesAreVisitedWithTheirCorners) {
+  const auto solid = prepare_solid(oracle::tiny_mesh("edge_valence_5_inside"));
+  TessellationOptions options;
+  options.tolerance_mm = 0.01;
+  const BoundarySurface surface(*solid);
+  double volume = 0;
+  std::uint64_t leaves = 0;
+  const auto cone = [](const Vec3& a, const Vec3& b, const Vec3& c) { return a.dot(b.cross(c)) / 6; };
+  visit_leaves(*solid, Placement::Identity(), options, surface.face_ids(), [&](const std::array<Vec3, 4>& corners) {
+    volume += cone(corners[0], corners[1], corners[2]) + cone(corners[0], corners[2], corners[3]);
+    ++leaves;
+  });
+  const double closed = signed_volume(triangulate(*solid, Placement::Identity(), options).all);
+  EXPECT_NEAR(volume, closed, 0.01 * closed);
+  EXPECT_EQ(leaves, bound_tessellation(*solid, Placement::Identity(), options).leaves);
+  options.tolerance_mm = -1;
+  EXPECT_THROW(visit_leaves(*solid, Placement::Identity(), options, surface.face_ids(), [](const auto&) {}), Error);
+}
+
 TEST(Tessellate, RefusesTolerancesThatMakeNoSense) {
   const auto solid = prepare_solid(oracle::tiny_mesh("box_2"));
   for (const double tolerance_mm :

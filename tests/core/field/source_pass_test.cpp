@@ -44,7 +44,7 @@ class SourcePassTest : public testing::Test {
     }
     LayerStats stats;
     const CancellationToken cancel;
-    SourcePass(std::array{sum_.get(), twice_.get()}, specs_, placement_)
+    SourcePass(std::array{UsedSource{sum_.get(), {}}, UsedSource{twice_.get(), {}}}, specs_, placement_)
         .run({lattice_, 7, planes, stats, cancel, window, window}, spans);
     std::vector<float> values(std::size_t{window.columns} * window.rows);
     std::memcpy(values.data(), planes[2].image().samples.data(), sizeof(float) * values.size());
@@ -80,6 +80,34 @@ TEST_F(SourcePassTest, FillsTheVoxelsInsideEachSourceAfterWhatItReads) {
       EXPECT_NEAR(values[all.index(x, y)], inside ? expected : -1, 1e-6 * expected) << x << ", " << y;
     }
   }
+}
+
+TEST_F(SourcePassTest, HandsBoundsOn) {
+  class Source final : public ChannelSource {
+   public:
+    const ChannelRange& range() const noexcept override { return range_; }
+    void sample_row(const SourceRow& row, std::span<const std::span<const float>>,
+                    std::span<float> values) const override {
+      EXPECT_TRUE(std::ranges::equal(row.bounds, std::array{0.5f, 2.0f}));
+      std::ranges::fill(values, 1.0f);
+    }
+
+   private:
+    ChannelRange range_{"twice", 0, 9};
+  } source;
+  std::vector<ContonePlane> planes;
+  for (const PlaneSpec& spec : specs_) {
+    planes.emplace_back(spec, ChannelRange{spec.channel, 0, 9}, std::nullopt);
+    planes.back().clear(lattice_.width, lattice_.height);
+  }
+  LayerStats stats;
+  const LayerWindow all = window_of(lattice_);
+  const std::vector<VoxelRun> spans = {{1, 0, 9}};
+  SourcePass(std::array{UsedSource{&source, {0.5f, 2.0f}}}, specs_, placement_)
+      .run({lattice_, 7, planes, stats, {}, all, all}, spans);
+  std::vector<float> values(9);
+  planes[2].read_values(all.index(0, 1), values);
+  EXPECT_EQ(values, std::vector<float>(9, 1.0f));
 }
 
 TEST_F(SourcePassTest, GivesTheSameBitsInAnyWindow) {

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,32 @@ TEST(FormulaParser, NamesTheNearestName) {
   EXPECT_THAT(complaint("frobnicate(1)"), HasSubstr("column 1: no function is called \"frobnicate\"; write one of min, "
                                                     "max, clamp, abs"));
   EXPECT_THROW(parse_formula("u", {}), FormulaError);
+}
+
+TEST(FormulaParser, ReadsDistancesBehindTheChannels) {
+  const std::vector<std::string> channels = {"Core"};
+  const ParsedFormula parsed =
+      parse_formula("distance(2) + Core * interface_distance(0.5) - distance(2) + distance(3)", channels);
+  EXPECT_THAT(parsed.inputs, testing::ElementsAre("Core"));
+  EXPECT_THAT(parsed.distances,
+              testing::ElementsAre(FormulaDistance{false, 2}, FormulaDistance{true, 0.5}, FormulaDistance{false, 3}));
+  std::vector<std::uint16_t> read;
+  for (const Instruction& instruction : parsed.program.instructions) {
+    if (instruction.op == Op::kInput) read.push_back(instruction.operands[0].index);
+  }
+  EXPECT_THAT(read, testing::UnorderedElementsAre(0, 1, 2, 3));
+}
+
+TEST(FormulaParser, SaysHowDistancesAreWritten) {
+  for (const char* text : {"distance", "distance()", "distance(x)", "distance(0)", "distance(-1)", "distance(1, 2)",
+                           "distance(1 + 1)", "distance(1e-60)", "distance(1e20)"}) {
+    EXPECT_EQ(complaint(text),
+              "column 1: \"distance\" takes how far the distance is wanted, a number of mm from 0.001 to 1e6, as in "
+              "\"distance(2)\"")
+        << text;
+  }
+  EXPECT_THAT(complaint("1 + interface_distance(z)"), HasSubstr("as in \"interface_distance(2)\""));
+  EXPECT_THAT(complaint("distanc(2)"), HasSubstr("did you mean \"distance\"?"));
 }
 
 TEST(FormulaParser, CountsCharactersAndNotBytes) {

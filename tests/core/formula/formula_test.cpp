@@ -72,6 +72,11 @@ TEST(Formula, ReadsCoordinates) {
   EXPECT_EQ(value("pi"), std::numbers::pi_v<float>);
   EXPECT_TRUE(Formula::parse("theta", kChannels).uses_place());
   EXPECT_FALSE(Formula::parse("Core + pi", kChannels).uses_place());
+  EXPECT_TRUE(Formula::parse("distance(2)", kChannels).is_distance());
+  EXPECT_TRUE(Formula::parse("(distance(2))", kChannels).is_distance());
+  for (const char* text : {"distance(2) + 1", "-distance(2)", "Core", "x", "2", "distance(2) - distance(1)"}) {
+    EXPECT_FALSE(Formula::parse(text, kChannels).is_distance()) << text;
+  }
 }
 
 TEST(Formula, ReadsChannels) {

@@ -176,6 +176,7 @@ TEST(VtkCells, OfOtherSizesAreRefused) {
   refused(71, 11, "as it lists: 11");
   refused(73, 10, "as it lists: 10");
   refused(74, 13, "as it lists: 13");
+  refused(12, 20, "which has 8 corners, but lists 20; quadratic cells have types of their own: 24, 25, 26, 29 or 32");
   refused(24, 4, "which has 10 points, but lists 4");
   refused(14, 4, "which has 5 corners, but lists 4");
   expect_error([] { read_cell(41, 8); }, ErrorCode::kMeshUnsupportedCell, "save them as tetrahedra");
