@@ -15,9 +15,11 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr double kRounding = 1e-6;  // What floats lose, as a share of the size of what they tell.
 constexpr double kLevel = 1e-9;     // Less of a row's step than that across it is rounding.
 
-// Cubes are halved to about so many that cover the surface, or a share of the reach, and further, up to kFinerTimes,
-// where more groups than these may be the nearest. All chosen by time: finer cubes take longer to make than they save.
-constexpr double kCubesOfSurface = 1e5, kCubesInReach = 10, kFinerTimes = 2, kCubesAlongBlock = 8;
+// Cubes are halved to about so many that cover the surface, or a share of the reach or of a triangle, and further, up
+// to kFinerTimes, where more groups than these may be the nearest. All chosen by time: finer cubes take longer to make
+// than they save.
+constexpr double kCubesOfSurface = 1e5, kCubesInReach = 10, kShareOfTriangle = 0.15, kFinerTimes = 2,
+                 kCubesAlongBlock = 8;
 constexpr std::size_t kFewGroups = 8;
 constexpr std::size_t kMostBlocks = std::size_t{1} << 17;
 
@@ -27,8 +29,9 @@ float least(const FloatLanes& lanes) noexcept {
   return result;
 }
 
-double cube_of(double area_mm2, double reach_mm) {
-  return std::max(std::sqrt(area_mm2 / kCubesOfSurface), reach_mm / kCubesInReach);
+double cube_of(double area_mm2, double triangles, double reach_mm) {
+  return std::max({std::sqrt(area_mm2 / kCubesOfSurface), reach_mm / kCubesInReach,
+                   kShareOfTriangle * std::sqrt(area_mm2 / triangles)});
 }
 
 }  // namespace
@@ -51,7 +54,7 @@ BoundaryDistance::BoundaryDistance(std::vector<FloatTriangle> triangles, double 
     : triangles_(std::move(triangles)), reach_mm_(static_cast<float>(reach_mm)) {
   const Box3 box(to_vec3(triangles_.box().min), to_vec3(triangles_.box().max));
   rounding_mm_ = kRounding * (box.sizes().norm() + box.center().norm() + farthest_mm);
-  cube_mm_ = cube_of(triangles_.area_mm2(), reach_mm);
+  cube_mm_ = cube_of(triangles_.area_mm2(), static_cast<double>(kFloatLanes * triangles_.group_count()), reach_mm);
   size_ = blocks_of(box.sizes(), cube_mm_);
   low_ = box.min() - Vec3::Constant(size_.edge_mm / 3);  // Some room all round.
   blocks_ = std::make_unique<Block[]>(size_.count);
@@ -61,11 +64,12 @@ BoundaryDistance::BoundaryDistance(std::vector<FloatTriangle> triangles, double 
 double BoundaryDistance::expected_bytes(double triangles, double area_mm2, const Vec3& box_mm, double reach_mm) {
   constexpr double kBytesPerTriangle =
       static_cast<double>(TriangleTree::kBytesPerGroup) / kFloatLanes + 3 * sizeof(FloatTriangle);  // While sorted.
-  constexpr double kGroupsOfLeaf = 6;
+  constexpr double kGroupsOfLeaf = 12;
   constexpr double kBytesPerCube = 1.5 * sizeof(Node) + sizeof(Leaf) + kGroupsOfLeaf * sizeof(std::uint32_t);
-  const double cube = cube_of(area_mm2, reach_mm);
-  // Where cubes are large for the surface, about all are halved once more.
-  const double halved = cube > cube_of(area_mm2, 0) ? 8 : 2;
+  const double cube = cube_of(area_mm2, triangles, reach_mm);
+  // Where many groups are near a cube, it is halved once more.
+  const double groups_near = triangles / kFloatLanes * cube * cube / area_mm2;
+  const double halved = groups_near > kFewGroups / 4.0 ? 8 : 2;
   const double in_reach = 2 * area_mm2 * (reach_mm + 2 * cube), in_box = (box_mm + Vec3::Constant(2 * cube)).prod();
   const double cubes = halved * std::min(in_reach, in_box) / (cube * cube * cube);
   return triangles * kBytesPerTriangle + cubes * kBytesPerCube +
