@@ -298,7 +298,8 @@ TEST(ReadGmsh, TakesAnyNumbersWhereNoCellIs) {
 /// Gmsh itself wrote dimensions there, other programs don't, and ElmerGrid leaves no blank before the name.
 TEST(ReadGmsh, ReadsNamesOfVersion2_0) {
   for (const char* version : {"2.0", "2"}) {
-    const std::string old = replaced(kTet, "2.2 0 8", std::string(version) + " 0 8");
+    const std::string in_group = replaced(kTet, "1 4 3 0 1 -2", "1 4 3 1 1 -2");
+    const std::string old = replaced(in_group, "2.2 0 8", std::string(version) + " 0 8");
     const auto name_of = [&](const std::string& names) {
       const MeshFile file =
           read_gmsh(replaced(old, "$Elements", "$PhysicalNames\n" + names + "$EndPhysicalNames\n$Elements"));
