@@ -67,7 +67,7 @@ double BoundaryDistance::expected_bytes(double triangles, double area_mm2, const
   constexpr double kGroupsOfLeaf = 12;
   constexpr double kBytesPerCube = 1.5 * sizeof(Node) + sizeof(Leaf) + kGroupsOfLeaf * sizeof(std::uint32_t);
   const double cube = cube_of(area_mm2, triangles, reach_mm);
-  // Where many groups are near a cube, it is halved once more.
+  // A cube with many groups near it is halved once more.
   const double groups_near = triangles / kFloatLanes * cube * cube / area_mm2;
   const double halved = groups_near > kFewGroups / 4.0 ? 8 : 2;
   const double in_reach = 2 * area_mm2 * (reach_mm + 2 * cube), in_box = (box_mm + Vec3::Constant(2 * cube)).prod();

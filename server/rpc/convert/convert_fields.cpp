@@ -110,7 +110,7 @@ class DistancesOfJob {
  public:
   DistancesOfJob(const std::shared_ptr<const LimitSolid>& solid, const Mat3& placed) : solid_(solid), placed_(placed) {}
 
-  /// As a channel of its own.
+  /// The distance as a channel of its own.
   std::shared_ptr<const ChannelSource> made(const FormulaDistance& distance, ChannelRange range,
                                             const std::string& path) {
     const std::string name = double_quoted(range.name);
@@ -127,7 +127,7 @@ class DistancesOfJob {
       refuse(error.code(), path + ".formula", name + ": " + error.what());
     }
   }
-  /// For a formula of this name.
+  /// The distance as an input of the formula of this name.
   std::shared_ptr<const ChannelSource> find(const FormulaDistance& distance, const std::string& name,
                                             const std::string& path) {
     const auto known = std::ranges::find(shared_, distance, &Shared::distance);

@@ -241,8 +241,9 @@ class PlacedBoxes {
 class SourcesOfJob {
  public:
   SourcesOfJob(const Fields& fields, const Box3& box)
-      : fields_(fields), box_(box), depend_on_placement_(depend_on_placement(fields)) {}
+      : fields_(fields), box_(box), depend_on_placement_(server::depend_on_placement(fields)) {}
 
+  bool depend_on_placement() const { return depend_on_placement_; }
   const ChannelSources& find(const std::shared_ptr<const LimitSolid>& solid, const Placement& placement) {
     const auto is_it = [&](const Made& made) {
       return made.solid == solid && (!depend_on_placement_ || lie_alike(made.placement, placement));
@@ -327,7 +328,9 @@ PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::sh
       const Placement placement = placed.placement;
       placed = job;
       placed.placement = placement;
-      if (k > 0) placed.sources = sources.find(solids[static_cast<std::size_t>(p)], placement);
+      if (k > 0 && sources.depend_on_placement()) {
+        placed.sources = sources.find(solids[static_cast<std::size_t>(p)], placement);
+      }
     }
   }
   if (parts.size() > 1) share_ranges(parts);
