@@ -147,8 +147,10 @@ def check_slices(commands):
     commands.run("join", "join", "share-2", "share-1", "-o", "joined", local=True)
     require("share" not in commands.validate_file("manifest", "joined/manifest.json"), "a share of what was joined")
     commands.run("error", "join", "share-2", "-o", "half", local=True, exit_code=3)
-    commands.run("slice", "slice", "box.ccmesh", "--pitch", "1", "--all-channels", "--no-contact-sheet", "-o", "exr")
-    require("channels" in commands.validate_file("manifest", "exr/manifest.json")["planes"][0], "no names of channels")
+    if "exr" in commands.run("info-server", "info")["encodings"]:  # A build without OpenImageIO has none.
+        commands.run("slice", "slice", "box.ccmesh", "--pitch", "1", "--all-channels", "--no-contact-sheet", "-o", "exr")
+        names = commands.validate_file("manifest", "exr/manifest.json")["planes"][0]
+        require("channels" in names, "no names of channels")
     for number, maps in enumerate(MAPS):
         mesh = "regions.json" if len(maps) > 1 else "box.ccmesh"
         options = [word for text in maps for word in ("--map", text)]
