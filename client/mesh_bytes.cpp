@@ -19,7 +19,9 @@ namespace {
 constexpr std::string_view kPrefix = "sha256:";
 
 std::string serialize_deterministically(const v1::ControlMesh& mesh) {
+  constexpr std::size_t kSlack = 64;  // The stream doubles the string when less than 16 bytes are left.
   std::string bytes;
+  bytes.reserve(mesh.ByteSizeLong() + kSlack);
   google::protobuf::io::StringOutputStream stream(&bytes);
   google::protobuf::io::CodedOutputStream coded(&stream);
   coded.SetSerializationDeterministic(true);

@@ -29,12 +29,13 @@ std::string read_file_bytes(const std::string& path, std::uint64_t max_bytes) {
   const auto refuse = [&] {
     throw Error(ErrorCode::kMeshTooLarge, shown + " has more than " + std::to_string(max_bytes) + " bytes");
   };
-  if (type == std::filesystem::file_type::regular && std::filesystem::file_size(path, status) > max_bytes && !status) {
-    refuse();
-  }
+  std::uint64_t size = type == std::filesystem::file_type::regular ? std::filesystem::file_size(path, status) : 0;
+  if (status) size = 0;
+  if (size > max_bytes) refuse();
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Error(ErrorCode::kFileUnreadable, "cannot open " + shown + ": " + std::strerror(errno));
   std::string bytes;
+  bytes.reserve(size);
   std::vector<char> block(1 << 20);
   while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0) {
     bytes.append(block.data(), static_cast<std::size_t>(file.gcount()));

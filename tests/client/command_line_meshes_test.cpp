@@ -254,6 +254,22 @@ TEST_F(CommandLine, InfoMeasuresCellsInEitherOrder) {
               3072, 1e-9);
 }
 
+// Without --full, the volume is that within the corners.
+TEST_F(CommandLine, InfoMeasuresCurvedCellsIfItPreparesThem) {
+  cli::write_file(
+      path("curved.vtk"),
+      "# vtk DataFile Version 3.0\na bulge below\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 20 double\n"
+      "0 0 0  2 0 0  2 2 0  0 2 0  0 0 2  2 0 2  2 2 2  0 2 2  1 0 -0.2  2 1 0  1 2 0  0 1 0  1 0 2  2 1 2\n"
+      "1 2 2  0 1 2  0 0 1  2 0 1  2 2 1  0 2 1\n"
+      "CELLS 1 21\n20 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19\nCELL_TYPES 1\n25\n");
+  const std::string quick = run_alone({"info", path("curved.vtk"), "--as-meshed", "--json"}).out;
+  const std::string full = run_alone({"info", path("curved.vtk"), "--as-meshed", "--full", "--json"}).out;
+  EXPECT_NEAR(json_at(quick, "control_volume_mm3").number_value(), 8, 1e-12);
+  // The node that is 0.2 mm lower has the shape function (1 - x^2) (1 - y) (1 - z) / 4 over [-1, 1]^3. The integral of
+  // its derivative by z is -4/3.
+  EXPECT_NEAR(json_at(full, "control_volume_mm3").number_value(), 8 + 0.2 * 4 / 3, 1e-9);
+}
+
 TEST_F(CommandLine, TellsHowFarTheLimitIsFromTheControlMesh) {
   ASSERT_EQ(run_alone({"models", "coyote", "-o", path("coyote.ccmesh")}).exit_code, cli::kExitOk);
   const std::string file = run_alone({"info", path("coyote.ccmesh"), "--full", "--json"}).out;

@@ -149,7 +149,8 @@ v1::FileDocument document_of_file(const LoadedMesh& loaded, const FileFacts& fac
   document.set_sharp_edges(loaded.mesh.sharp_edges.size());
   document.set_inverted_cells(loaded.report.inverted_cells.size());
   *document.mutable_control_box() = to_proto(facts.box);
-  document.set_control_volume_mm3(facts.volume_mm3);
+  document.set_control_volume_mm3(facts.limit ? facts.limit->summary.deviation().control_volume_mm3()
+                                              : facts.volume_mm3);
   for (std::size_t i = 0; i < facts.channel_ranges.size(); ++i) {
     v1::Channel& channel = *document.add_channels();
     channel.set_name(loaded.mesh.channel_names[i]);

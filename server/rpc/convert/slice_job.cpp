@@ -135,7 +135,7 @@ void warn_of_solid(const SliceJob& job, const SolidSummary& solid, v1::PlanSlice
     v1::PlanWarning& warning =
         add_warning(plan, v1::PLAN_WARNING_KIND_FOLDS,
                     "the limit volume folds over itself in " + count_text(solid.folding_cells, "limit cell") + where +
-                        "; there the lowest cell gives the material. Untwist the control mesh there");
+                        "; there the lowest cell gives the material. Untwist the mesh there");
     for (const FoldPlace& fold : solid.folds) {
       *warning.add_places_mm() = to_message(Vec3(job.placement * fold.position));
       warning.add_control_cells(fold.control_cell);
