@@ -91,10 +91,21 @@ bool AbaqusLines::next() {
 }
 
 AbaqusKeyword AbaqusLines::keyword() {
+  // A comma at the end goes on in the next line. Some programs write one with nothing to follow: no parameter begins as
+  // numbers and keywords do.
+  constexpr std::string_view kBeginsOtherLines = "0123456789+-.*";
   std::string text(line_.substr(1));
-  while (line_.ends_with(',') || line_.starts_with("**")) {
+  bool goes_on = line_.ends_with(',');
+  while (goes_on) {
+    const Place before = places_.back();
     if (!next_raw()) break;
-    if (!line_.starts_with("**")) text += line_;
+    if (line_.starts_with("**")) continue;
+    if (!line_.empty() && kBeginsOtherLines.find(line_.front()) != std::string_view::npos) {
+      places_.back() = before;
+      break;
+    }
+    text += line_;
+    goes_on = line_.ends_with(',');
   }
   AbaqusKeyword keyword;
   std::string_view rest = text;

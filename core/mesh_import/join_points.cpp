@@ -387,16 +387,52 @@ void PointJoiner::join(ControlMesh& joined, FileNumbers& numbers) {
   measure();
 }
 
-/// Two units in the last place of the largest single-precision coordinate; nothing if there are others.
-double single_precision_mm(const ControlMesh& mesh) {
-  double largest = 0;
+constexpr int kFewestDigits = 6, kMostDigits = 9;
+
+/// The last of so many significant digits of the number.
+double unit_of_digit(double largest, int digits) { return std::pow(10, std::floor(std::log10(largest)) + 1 - digits); }
+
+bool has_digits(double x, int digits) {
+  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();  // Units of length were turned to mm.
+  if (x == 0) return true;
+  const double in_units = std::abs(x) / unit_of_digit(std::abs(x), digits);
+  return std::abs(in_units - std::round(in_units)) <= kRounding * in_units;
+}
+
+/// How many decimal digits suffice for all coordinates, from 6 on; none if it takes more than the 9 that tell
+/// single-precision numbers apart.
+std::optional<int> digits_of(const ControlMesh& mesh) {
+  int digits = kFewestDigits;
   for (const Vec3& position : mesh.positions) {
     for (const double x : position) {
-      if (static_cast<double>(static_cast<float>(x)) != x) return 0;
-      largest = std::max(largest, std::abs(x));
+      while (!has_digits(x, digits)) {
+        if (++digits > kMostDigits) return std::nullopt;
+      }
     }
   }
-  return 2 * std::numeric_limits<float>::epsilon() * largest;
+  return digits;
+}
+
+bool is_single_precision(const ControlMesh& mesh) {
+  for (const Vec3& position : mesh.positions) {
+    for (const double x : position) {
+      if (static_cast<double>(static_cast<float>(x)) != x) return false;
+    }
+  }
+  return true;
+}
+
+/// How far apart neighbours are among the numbers that the coordinates are written in: two units in the last place of
+/// the largest one; 0 in double precision.
+double last_place_mm(const ControlMesh& mesh, double diagonal) {
+  double largest = 0;
+  for (const Vec3& position : mesh.positions) largest = std::max(largest, position.cwiseAbs().maxCoeff());
+  const double of_float = 2 * std::numeric_limits<float>::epsilon() * largest;
+  if (is_single_precision(mesh)) return std::min(of_float, kMillionth * diagonal);
+  const std::optional<int> digits = largest > 0 ? digits_of(mesh) : std::nullopt;
+  if (!digits) return 0;
+  const double most = std::max(kMillionth, 2 * std::pow(10, 1 - *digits)) * diagonal;
+  return std::min(std::max(of_float, 2 * unit_of_digit(largest, *digits)), most);
 }
 
 }  // namespace
@@ -408,7 +444,7 @@ double same_place_mm(const ControlMesh& mesh) {
   }
   if (box.isEmpty()) return 0;
   const double diagonal = box.diagonal().norm();
-  return std::max(kBillionth * diagonal, std::min(single_precision_mm(mesh), kMillionth * diagonal));
+  return std::max(kBillionth * diagonal, last_place_mm(mesh, diagonal));
 }
 
 JoinReport join_points(double distance_mm, ControlMesh& mesh, FileNumbers& numbers, std::optional<double> same_mm) {

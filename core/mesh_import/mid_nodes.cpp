@@ -52,6 +52,26 @@ void add_nodes(const MeshFile& file, std::size_t cell, std::span<const std::uint
   if (node != kNone) list.add_cell(static_cast<std::uint32_t>(cell), source(node));
 }
 
+/// Whether cells say of a node that it lies at places so far apart that it can't be the same node.
+bool is_another_order(const ControlMesh& mesh, const MidNodeList::Result& result) {
+  constexpr double kFar = 0.2;  // Of the edge, or of the quadrilateral's diagonal.
+  const MidNodes& nodes = result.nodes;
+  if (result.conflicts == 0 || result.worst >= nodes.edges.size() + nodes.faces.size()) return false;
+  const bool on_edge = result.worst < nodes.edges.size();
+  const auto length = [&](const auto& corners) {
+    double longest = 0;
+    for (const std::uint32_t a : corners) {
+      for (const std::uint32_t b : corners) {
+        longest = std::max(longest, (mesh.positions[a] - mesh.positions[b]).norm());
+      }
+    }
+    return longest;
+  };
+  const double most =
+      on_edge ? length(nodes.edges[result.worst]) : length(nodes.faces[result.worst - nodes.edges.size()]);
+  return result.farthest_apart_mm > kFar * most;
+}
+
 /// `keys`: ascending. `first`: the node of the first key.
 template <typename Key>
 std::optional<std::size_t> node_in(const std::vector<Key>& keys, std::size_t first, const Key& key) {
@@ -168,6 +188,7 @@ MidNodeList::Result MidNodeList::finish(double same_mm) const {
     result.other_values += disagree;
     if (apart_mm > same_mm) {
       ++result.conflicts;
+      if (apart_mm > result.farthest_apart_mm) result.worst = nodes.positions.size();
       result.farthest_apart_mm = std::max(result.farthest_apart_mm, apart_mm);
     }
     if (key[0] == 2) nodes.edges.push_back({key[1], key[2]});
@@ -200,6 +221,7 @@ std::span<const std::uint32_t> MidNodeCorners::operator[](std::size_t node) cons
 }
 
 void take_mid_nodes(MeshFile& file) {
+  constexpr int kDigits = 3;
   const SecondOrderCells curved = std::exchange(file.second_order, {});
   if (curved.cells.empty()) return;
   const ControlMesh& mesh = file.mesh;
@@ -216,6 +238,14 @@ void take_mid_nodes(MeshFile& file) {
     corner += corners;
   }
   MidNodeList::Result result = list.finish();
+  if (is_another_order(mesh, result)) {
+    file.warnings.push_back("cells of second order have nodes on common edges that are up to " +
+                            number_text(result.farthest_apart_mm, kDigits) + " apart, in " +
+                            std::to_string(result.conflicts) +
+                            " places: they aren't in the format's order. All nodes between corners are left out, so "
+                            "edges are straight. Save the mesh with the format's own order of nodes");
+    return;
+  }
   file.mesh.mid_nodes = std::move(result.nodes);
   file.numbers.mid_nodes = std::move(result.numbers);
   if (result.other_values > 0) {
@@ -224,7 +254,6 @@ void take_mid_nodes(MeshFile& file) {
                             "of each is taken");
   }
   if (result.conflicts == 0) return;
-  constexpr int kDigits = 3;
   file.warnings.push_back(std::to_string(result.conflicts) +
                           " edges, faces or cells have several nodes in their middle, up to " +
                           number_text(result.farthest_apart_mm, kDigits) + " apart; the first of each is taken");

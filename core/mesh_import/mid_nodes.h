@@ -59,6 +59,7 @@ class MidNodeList {
     std::vector<std::uint64_t> numbers;  // By node.
     std::size_t conflicts = 0;     // Edges, faces and cells with nodes that are farther apart: the first one is taken.
     double farthest_apart_mm = 0;  // Of these.
+    std::size_t worst = 0;         // The node (in the order of MidNodes::positions) where they are.
     std::size_t other_values = 0;  // Edges, faces and cells with nodes that disagree in a channel: likewise.
   };
   /// `same_mm`: how far apart nodes of one key may be.
@@ -97,7 +98,8 @@ class MidNodeCorners {
   std::vector<std::uint32_t> first_corners_;  // Of the cells with a node.
 };
 
-/// Makes mid_nodes of second_order, which is emptied. What is said of several nodes on one edge goes to the warnings.
+/// Makes mid_nodes of second_order, which is emptied; none if the cells' nodes contradict each other. What is said of
+/// several nodes on one edge goes to the warnings.
 /// REQUIRES: the cells' vertices and nodes exist.
 void take_mid_nodes(MeshFile& file);
 

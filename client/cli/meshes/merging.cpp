@@ -11,6 +11,7 @@
 #include "client/cli/base/text_values.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
+#include "core/mesh_import/hanging_nodes.h"
 #include "core/mesh_import/join_points.h"
 #include "core/mesh_import/renumber_text.h"
 #include "core/mesh_import/split_touching.h"
@@ -85,6 +86,22 @@ void warn_of_parts(const MergeOptions& options, bool is_contract, double same_mm
   notes.push_back(note + ": " + remedy + (near.count == 1 ? "no separate ones" : show_count(near.count) + " parts"));
 }
 
+/// Where cells are in contact without common faces, the limit draws back on both sides.
+void warn_of_hanging_nodes(const ControlMesh& mesh, const CellComplex& complex, std::vector<std::string>& notes) {
+  if (mesh.as_meshed) return;
+  const HangingNodes hanging = find_hanging_nodes(mesh, complex, same_place_mm(mesh));
+  if (!hanging.any()) return;
+  std::string what;
+  if (hanging.edges > 0) what = show_count(hanging.edges, "edge") + " with a vertex of smaller cells in the middle";
+  if (hanging.quadrilaterals > 0) {
+    what += (what.empty() ? "" : " and ") + show_count(hanging.quadrilaterals, "quadrilateral") +
+            " with two triangles on top";
+  }
+  notes.push_back("cells in contact have no common faces, at " + what + ", the first at " + place_in_mm(hanging.first) +
+                  ": the limit draws back from there on both sides. --as-meshed slices the mesh as it is; else refine "
+                  "both sides alike");
+}
+
 }  // namespace
 
 void add_merge_options(CLI::App& command, MergeOptions& options) {
@@ -94,8 +111,8 @@ void add_merge_options(CLI::App& command, MergeOptions& options) {
           .add_option("--merge-points", options.merge_points,
                       "Join points that are no farther apart than so many mm, measured after "
                       "--units and before --size. Default: a billionth of the part's size; if all "
-                      "coordinates are single-precision numbers, also points that are neighbours "
-                      "among these; in a .ccmesh or its .json none")
+                      "coordinates are single-precision numbers, or have 9 digits or fewer, also points that differ "
+                      "in the last digit; in a .ccmesh or its .json none")
           ->check([](const std::string& text) { return text.empty() ? "it needs a distance" : ""; });
   command
       .add_flag("--no-merge", options.no_merge,
@@ -167,7 +184,9 @@ ConnectedMesh validate_split(const MergeOptions& options, ControlMesh& checked, 
   }
   notes.push_back(note + " (--no-split refuses such meshes)");
   checked = mesh;
-  return validate_and_connect(checked, {}, {});
+  ConnectedMesh connected = validate_and_connect(checked, {}, {});
+  warn_of_hanging_nodes(mesh, connected.complex, notes);
+  return connected;
 }
 
 }  // namespace ccslice::cli

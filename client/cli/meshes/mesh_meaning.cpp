@@ -109,8 +109,8 @@ std::optional<FittedMesh> fit_part(const MeaningOptions& options, const Vec3& sc
   std::vector<std::string> own_notes;
   take_as(false, sharpened, own_notes);
   validate(sharpened);
-  sharpen_by_angle({.angle_deg = kPartAngleDeg, .reentrant = true, .file = {}}, ControlMesh(sharpened), sharpened,
-                   own_notes);
+  (void)sharpen_by_angle({.angle_deg = kPartAngleDeg, .reentrant = true, .file = {}}, ControlMesh(sharpened), sharpened,
+                         own_notes);
   std::string fault;
   for (const FittedVertices vertices : {FittedVertices::kAll, FittedVertices::kBoundary}) {
     try {

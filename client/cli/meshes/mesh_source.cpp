@@ -250,7 +250,9 @@ void change(const MeshOptions& options, const Changes& changes, bool quiet, cons
   const std::size_t notes_before = loaded.warnings.size();
   const std::vector<Grade> grades = grades_left(changes, loaded.mesh);
   if (loaded.mesh.interpolating) refuse_second_fit(options);
-  sharpen_by_angle(options.meaning.sharp, checked, loaded.mesh, loaded.warnings);
+  if (sharpen_by_angle(options.meaning.sharp, checked, loaded.mesh, loaded.warnings)) {
+    loaded.warnings.push_back("cells at sharp reentrant edges often fold in the limit; `ccslice upload` says where");
+  }
   std::optional<FittedMesh> pair = fit(options, changes, loaded, quiet);
   ControlMesh& meant = pair ? pair->meant() : loaded.mesh;
   PlaceOfMesh place;

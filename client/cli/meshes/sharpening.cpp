@@ -15,7 +15,9 @@
 namespace ccslice::cli {
 namespace {
 
-SharpFeatures by_angle(const SharpOptions& options, const ControlMesh& checked, std::vector<std::string>& notes) {
+/// `reentrant`: whether there are edges that aren't convex.
+SharpFeatures by_angle(const SharpOptions& options, const ControlMesh& checked, std::vector<std::string>& notes,
+                       bool& reentrant) {
   if (!(*options.angle_deg > 0) || *options.angle_deg > 180) {
     throw UsageError("--sharp-angle takes degrees, more than 0 and at most 180; 40 suits machined parts");
   }
@@ -26,6 +28,7 @@ SharpFeatures by_angle(const SharpOptions& options, const ControlMesh& checked, 
   if (!found.interface.empty()) {
     others += (others.empty() ? "" : " and ") + show_count(found.interface.size()) + " of interfaces";
   }
+  reentrant = options.reentrant && !others.empty();
   if (options.reentrant) {
     note += " and " + (others.empty() ? "no reentrant ones" : others);
     for (const auto& edges : {found.reentrant, found.interface}) {
@@ -35,9 +38,6 @@ SharpFeatures by_angle(const SharpOptions& options, const ControlMesh& checked, 
     note += "; " + others + " stay smooth (--sharp-reentrant)";
   }
   notes.push_back(note);
-  if (options.reentrant && !others.empty()) {
-    notes.push_back("cells at sharp reentrant edges often fold in the limit; `ccslice upload` says where");
-  }
   return {std::move(found.convex), {}};
 }
 
@@ -72,9 +72,12 @@ void sharpen_listed(const SharpOptions& options, ControlMesh& mesh) {
   if (!options.file.empty()) add_sharp_features(from_file(options.file), mesh);
 }
 
-void sharpen_by_angle(const SharpOptions& options, const ControlMesh& checked, ControlMesh& mesh,
+bool sharpen_by_angle(const SharpOptions& options, const ControlMesh& checked, ControlMesh& mesh,
                       std::vector<std::string>& notes) {
-  if (options.angle_deg) add_sharp_features(by_angle(options, checked, notes), mesh);
+  if (!options.angle_deg) return false;
+  bool reentrant = false;
+  add_sharp_features(by_angle(options, checked, notes, reentrant), mesh);
+  return reentrant;
 }
 
 }  // namespace ccslice::cli

@@ -28,9 +28,10 @@ void add_sharp_options(CLI::App& command, SharpOptions& options);
 /// Error{kFileUnreadable, kFileSyntax}.
 void sharpen_listed(const SharpOptions& options, ControlMesh& mesh);
 
-/// Tags the rest of `mesh` as the options say, and adds sentences on what was tagged, and may fold, to `notes`.
-/// `checked` is the same mesh as validate() left it. Throws UsageError.
-void sharpen_by_angle(const SharpOptions& options, const ControlMesh& checked, ControlMesh& mesh,
+/// Tags the rest of `mesh` as the options say, and adds sentences on what was tagged to `notes`. Says whether there are
+/// edges among it that aren't convex, at which cells often fold. `checked` is the same mesh as validate() left it.
+/// Throws UsageError.
+bool sharpen_by_angle(const SharpOptions& options, const ControlMesh& checked, ControlMesh& mesh,
                       std::vector<std::string>& notes);
 
 }  // namespace ccslice::cli

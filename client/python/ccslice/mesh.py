@@ -3,6 +3,7 @@
 """Control meshes, made of arrays."""
 
 import hashlib
+import warnings
 from typing import Any, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -62,6 +63,22 @@ def _regions(regions: Any, cells: int) -> Tuple[np.ndarray, np.ndarray]:
     return names, numbers
 
 
+def _warn_of_own_points(points: np.ndarray, used: np.ndarray) -> None:
+    """Some programs give each cell points of its own. Such cells are parts of their own."""
+    own = points[used]
+    # Points in one place have the same key. Few others do, so the slow comparison is rarely made for nothing.
+    keys = np.sort(own[:, 0] + 0.7548776662466927 * own[:, 1] + 0.5698402909980532 * own[:, 2])
+    if not (keys[1:] == keys[:-1]).any():
+        return
+    double = len(own) - len(np.unique(own, axis=0))
+    if double:
+        warnings.warn(
+            f"{double} points lie where another one does. Cells hang together by common points only, so the mesh may "
+            "fall into parts there. To join them: points, first, new = numpy.unique(points, axis=0, return_index=True, "
+            "return_inverse=True); then take new.ravel()[cells] for the cells and values[first] for a channel's values",
+            stacklevel=3)
+
+
 class Mesh:
     """A control mesh.
 
@@ -75,6 +92,7 @@ class Mesh:
     allow_folds: whether inverted cells are accepted. interpolating: says that the control points were fitted.
     as_meshed: the solid is the mesh itself, as finite elements have it; nothing is smoothed, and nothing can be sharp.
 
+    Warns if points of cells lie in the same place: nothing joins them, as ccslice convert does for files.
     Raises ValueError for arrays that don't fit, and for masked values. What the server finds wrong with a mesh comes with its upload.
     """
 
@@ -86,12 +104,15 @@ class Mesh:
         message = mesh_pb2.ControlMesh(allow_folds=allow_folds, interpolating=interpolating, as_meshed=as_meshed)
         message.positions_mm.extend(points.ravel().tolist())
         kinds = []
+        used = np.zeros(count, bool)
         for name, block in _blocks(cells):
             corners = _indices(name, block, "(m, 8), (m, 6) or (m, 4)",
                                lambda shape: len(shape) == 2 and shape[1] in _KINDS, count)
             kinds += [_KINDS[corners.shape[1]]] * len(corners)
             message.cell_vertices.extend(corners.ravel().tolist())
+            used[corners] = True
         message.cell_kinds.extend(kinds)
+        _warn_of_own_points(points, used)
         self.channel_names = list(channels or {})
         self.region_names = []
         if self.channel_names:

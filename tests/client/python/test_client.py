@@ -15,6 +15,7 @@ import tempfile
 import threading
 import time
 import unittest
+import warnings
 import zlib
 from concurrent import futures
 from unittest import mock
@@ -478,6 +479,17 @@ class WrongArguments(unittest.TestCase):
         every_other = np.repeat(CORNERS, 2, axis=0)[::2]
         self.assertEqual(ccslice.Mesh(every_other, HEXAHEDRON.tolist(), {"g": every_other[:, 0] / 10}, sharp_edges=EDGES).id,
                          mesh.id)
+
+    def test_points_in_one_place_are_told(self):
+        points = np.vstack([CORNERS, CORNERS + (10, 0, 0)])
+        cells = np.vstack([HEXAHEDRON, HEXAHEDRON + 8])
+        with self.assertWarnsRegex(UserWarning, "^4 points lie where another one does"):
+            self.assertEqual(ccslice.Mesh(points, cells).point_count, 16)
+        points, first, new = np.unique(points, axis=0, return_index=True, return_inverse=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            self.assertEqual(ccslice.Mesh(points, new.ravel()[cells]).point_count, 12)
+            ccslice.Mesh(np.vstack([points, points]), new.ravel()[cells])  # No cell uses the others.
 
     def test_meshio_and_pyvista(self):
         class Looks:

@@ -138,6 +138,17 @@ TEST(ReadAbaqus, TakesCommasBehindTheLastNode) {
   EXPECT_EQ(read_abaqus(kFourNodes + "*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4, , ,\n").mesh.cell_count(), 1u);
 }
 
+// A keyword goes on after a comma, but in a line of parameters only.
+TEST(ReadAbaqus, TakesCommasBehindKeywords) {
+  const std::string nodes = "*NODE,\n** places\n1, 0, 0, 0,\n2, 1, 0, 0\n3, 0, 1, 0\n4, -0, 0, 1\n";
+  for (const char* keyword : {"*ELEMENT, TYPE=C3D4,\n", "*ELEMENT, TYPE=C3D4 , \n", "*ELEMENT,\nTYPE=C3D4,\n** tets\n",
+                              "*ELEMENT, TYPE=C3D4,\nELSET=E,\n"}) {
+    const MeshFile file = read_abaqus(nodes + keyword + "7, 1, 2, 3, 4,\n8, 1, 3, 2, 4\n*END STEP,\n*STEP,\n");
+    EXPECT_THAT(file.numbers.cells, ElementsAre(7, 8)) << keyword;
+    EXPECT_EQ(file.mesh.positions[3], Vec3(0, 0, 1)) << keyword;
+  }
+}
+
 TEST(ReadAbaqus, CountsElementsThatItLeavesOut) {
   const std::string others =
       "*ELEMENT, TYPE=S4R, ELSET=SKIN\n1, 1, 2, 3, 4\n2, 1, 2, 3, 4\n*ELEMENT, TYPE=CCL12\n3, 1, 2, 3,\n4, 1\n"

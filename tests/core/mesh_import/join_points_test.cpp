@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -119,6 +120,35 @@ TEST(JoinPoints, JoinsWhatDiffersInTheLastDigit) {
     for (double& x : single.positions[i]) x = std::nextafterf(static_cast<float>(x), 1e9f);
   }
   EXPECT_EQ(join(single, same_place_mm(single)).places, 4u) << "in single precision";
+}
+
+/// As text of so many significant digits has it.
+double written(double x, int digits) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*g", digits, x);
+  return std::stod(text);
+}
+
+TEST(JoinPoints, JoinsWhatDiffersInTheLastDigitOfText) {
+  constexpr double kPitch = 7.3001953125;
+  for (const int digits : {6, 7, 8, 9}) {
+    ControlMesh mesh = with_own_points(box_mesh(2, 1, 1, kPitch));
+    // A unit in the last place of the largest coordinate, or of single precision.
+    const double unit = std::max(std::pow(10, 2 - digits), 1.0 / (1 << 20));
+    for (std::size_t i = 0; i < 16; ++i) {
+      for (double& x : mesh.positions[i]) x = written(static_cast<float>(x + (i < 8 ? 0 : unit)), digits);
+    }
+    ControlMesh metres = mesh;
+    for (Vec3& p : metres.positions) p *= 1000;
+    EXPECT_EQ(join(mesh, same_place_mm(mesh)).places, 4u) << digits;
+    EXPECT_EQ(join(metres, same_place_mm(metres)).places, 4u) << digits;
+  }
+  ControlMesh apart = with_own_points(box_mesh(2, 1, 1, kPitch));
+  for (std::size_t i = 8; i < 16; ++i) {
+    for (double& x : apart.positions[i]) x += 1e-5;  // As far as with 7 digits, but it has more.
+  }
+  apart.positions.front().x() = 1 / 3.0;
+  EXPECT_EQ(join(apart, same_place_mm(apart)).places, 0u);
 }
 
 TEST(JoinPoints, TakesABillionthOfThePartForOnePlace) {

@@ -55,15 +55,33 @@ TEST(MidNodes, OfSecondOrderCellsBecomeThoseOfTheirEdges) {
   EXPECT_NO_THROW(validate(file.mesh));
 }
 
-TEST(MidNodes, OfOneEdgeInTwoPlacesAreTold) {
+/// The second cell has another node on the edge 1-2, so far from the first one's.
+MeshFile two_nodes_on_an_edge(double apart) {
   MeshFile file = two_tetrahedra();
   file.second_order.cells = {0, 1};
   file.second_order.first_nodes = {0, 6};
-  for (std::size_t e = 0; e < 6; ++e) file.second_order.nodes.push_back(e == 2 ? 5 : kNone);  // Of the edge 1-2.
+  const auto node = static_cast<std::uint32_t>(file.mesh.vertex_count());
+  file.mesh.positions.push_back(Vec3(3.1, 3, apart));
+  file.mesh.channel_values.push_back(12.5);
+  for (std::size_t e = 0; e < 6; ++e) file.second_order.nodes.push_back(e == 2 ? node : kNone);
+  return file;
+}
+
+TEST(MidNodes, OfOneEdgeInTwoPlacesAreTold) {
+  MeshFile file = two_nodes_on_an_edge(0.5);
   take_mid_nodes(file);
   EXPECT_EQ(6u, file.mesh.mid_nodes.edges.size());
+  EXPECT_EQ(Vec3(3.1, 3, 0), file.mesh.mid_nodes.positions[3]);
   EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("1 edges, faces or cells have nodes in their middle that disagree"),
-                                         HasSubstr("1 edges, faces or cells have several nodes in their middle")));
+                                         HasSubstr("have several nodes in their middle, up to 0.5 apart")));
+}
+
+// Cells whose nodes are listed in another order than the format's would fold.
+TEST(MidNodes, OfOneEdgeFarApartAreLeftOut) {
+  MeshFile file = two_nodes_on_an_edge(3);
+  take_mid_nodes(file);
+  EXPECT_TRUE(file.mesh.mid_nodes.empty());
+  EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("up to 3 apart, in 1 places: they aren't in the format's order")));
 }
 
 TEST(MidNodes, AreRenumberedWithTheirVertices) {
