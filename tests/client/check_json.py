@@ -115,7 +115,9 @@ def check_answers(commands):
     require([answer["location"] for answer in answers] == ["inside", "outside"], answers)
     drawn = commands.run("picture", "picture", "box.ccmesh", "--channel", "gradient", "--terminal")
     require("@@@" in drawn["characters"], drawn)
-    commands.run("plan", "plan", "box.ccmesh", "--pitch", "1")
+    require("costs" not in commands.run("plan", "plan", "box.ccmesh", "--pitch", "1"), "costs that nobody asked for")
+    costs = commands.run("plan", "plan", "box.ccmesh", "--pitch", "1", *MATERIALS, "--map", BLEND, "--costs")["costs"]
+    require(costs["sampled_layers"] == 8 and len(costs["materials"]) == 2, costs)
     warned = commands.run("plan", "plan", "box.ccmesh", "--pitch", "1", "--extent", "3,3,3")
     require([warning["kind"] for warning in warned["warnings"]] == ["part_clipped"], warned)
     commands.run("export", "export", "box.ccmesh", "-o", "box.stl")

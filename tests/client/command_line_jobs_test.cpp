@@ -40,6 +40,38 @@ TEST_F(CommandLine, SlicesAJobOfAFileAsItWasSaid) {
   EXPECT_EQ(run(said).exit_code, cli::kExitOutput) << "the layers are there";
 }
 
+TEST_F(CommandLine, EstimatesCostsFromSomeLayers) {
+  const auto number = [](const std::string& json, const std::string& at) { return json_at(json, at).number_value(); };
+  for (const auto& [pitch, layers] : {std::pair("1", 8), std::pair("0.1", 16)}) {
+    const std::vector<std::string> job = {box_,
+                                          "--pitch",
+                                          pitch,
+                                          "--material",
+                                          "hard=#101010",
+                                          "--material",
+                                          "soft=#f0f0f080",
+                                          "--map",
+                                          "blend:gradient:0=hard,1=soft",
+                                          "--json",
+                                          "--quiet"};
+    std::vector<std::string> plan = {"plan", "--costs"}, slice = {"slice", "--force", "-o", path("out")};
+    plan.insert(plan.end(), job.begin(), job.end());
+    slice.insert(slice.end(), job.begin(), job.end());
+    const ProcessResult planned = run(plan), sliced = run(slice);
+    ASSERT_EQ(planned.exit_code, cli::kExitOk) << planned.err;
+    ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
+    EXPECT_EQ(number(planned.out, "costs.sampled_layers"), layers);
+    const double voxels = number(sliced.out, "voxel_count");
+    EXPECT_NEAR(number(planned.out, "costs.voxel_count"), voxels, layers == 8 ? 0 : 0.01 * voxels);
+    for (int m = 0; m < 2; ++m) {
+      const auto of = [&](const std::string& json, const std::string& at) {
+        return json_at(json, at).list_value().values(m).struct_value().fields().at("volume_cm3").number_value();
+      };
+      EXPECT_NEAR(of(planned.out, "costs.materials"), of(sliced.out, "materials"), layers == 8 ? 1e-12 : 0.03);
+    }
+  }
+}
+
 TEST_F(CommandLine, TakesMeshesOfAJobFromFilesBesideIt) {
   std::ofstream(path("job.json"))
       << R"({"parts": [{"mesh_id": "box.ccmesh"}], "grid": {"pitch": {"x_mm": 1, "y_mm": 1, "z_mm": 1}},)"

@@ -13,32 +13,12 @@
 #include "client/cli/base/console.h"
 #include "client/cli/base/message_json.h"
 #include "client/cli/output/manifest.h"
+#include "client/cli/output/material_amounts.h"
 #include "core/base/echo.h"
 #include "core/base/number_text.h"
 
 namespace ccslice::cli {
 namespace {
-
-double cm3_of(std::uint64_t voxels, const client::SliceOutcome& outcome) {
-  constexpr double kMm3 = 1000;
-  const v1::VoxelPitch& pitch = outcome.header.grid().pitch();
-  return static_cast<double>(voxels) * pitch.x_mm() * pitch.y_mm() * pitch.z_mm() / kMm3;
-}
-
-/// How much there is of each material.
-std::vector<v1::MaterialVoxels> materials_of(const client::SliceOutcome& outcome) {
-  std::vector<v1::MaterialVoxels> materials;
-  for (const v1::PrintMaterial& material : outcome.header.printing().materials()) {
-    if (materials.size() == outcome.material_voxels.size()) break;
-    const std::uint64_t voxels = outcome.material_voxels[materials.size()];
-    v1::MaterialVoxels& counted = materials.emplace_back();
-    counted.set_name(material.name());
-    counted.set_rgba(colour_text(material.rgba()));
-    counted.set_voxel_count(voxels);
-    counted.set_volume_cm3(cm3_of(voxels, outcome));
-  }
-  return materials;
-}
 
 v1::SlicedLayers sliced_document(const std::string& output, const PlannedJob& job, const SliceResult& result) {
   const client::SliceOutcome& outcome = result.outcome;
@@ -78,23 +58,6 @@ void warn_of_misfits(const client::SliceOutcome& outcome) {
                number_text(outcome.least_fraction_sum, kDigits) +
                ", and were scaled up to 1; rest=NAME in --map direct lets a material take the rest");
   }
-}
-
-std::string show_cm3(double cm3) {
-  constexpr int kDigits = 4;
-  return number_text(cm3, kDigits) + " cm3";
-}
-
-std::string materials_text(const client::SliceOutcome& outcome) {
-  constexpr int kDigits = 3;
-  const double all = static_cast<double>(std::max<std::uint64_t>(1, outcome.voxel_count));
-  std::string text;
-  for (const v1::MaterialVoxels& material : materials_of(outcome)) {
-    const double percent = 100 * static_cast<double>(material.voxel_count()) / all;
-    text += (text.empty() ? "" : ", ") + echoed(material.name()) + " " + show_cm3(material.volume_cm3()) + " (" +
-            number_text(percent, kDigits) + " %)";
-  }
-  return text;
 }
 
 }  // namespace

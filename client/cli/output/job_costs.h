@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// What a job comes to, estimated from some of its layers.
+
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "client/cli/base/messages.h"
+#include "client/client.h"
+
+namespace ccslice::cli {
+
+/// Consecutive layers, and how many of the job's they stand for, themselves included.
+struct LayerSample {
+  std::uint32_t first_layer = 0, layer_count = 0, stands_for = 0;
+};
+
+/// The middles of 16 equal parts of the job: at most 16 layers of each, and a quarter of them; all layers of a job that
+/// has no more than 16.
+std::vector<LayerSample> layers_to_sample(std::uint32_t first_layer, std::uint32_t layer_count);
+
+class JobCosts {
+ public:
+  /// `sliced`: what the sample's layers came to.
+  void add(const LayerSample& sample, const client::SliceOutcome& sliced);
+
+  v1::JobCosts document() const;
+  std::string text() const;
+
+ private:
+  client::SliceOutcome total_;  // Of the whole job.
+  std::uint64_t sampled_ = 0, layers_ = 0;
+};
+
+}  // namespace ccslice::cli

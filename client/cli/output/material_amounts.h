@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: The ccslice authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// How much there is of a job's solids and materials, as people read it.
+
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "client/cli/base/messages.h"
+#include "client/client.h"
+
+namespace ccslice::cli {
+
+double cm3_of(std::uint64_t voxels, const client::SliceOutcome& outcome);
+std::string show_cm3(double cm3);
+/// In the printing's order; none if no plane shows materials.
+std::vector<v1::MaterialVoxels> materials_of(const client::SliceOutcome& outcome);
+/// Names, volumes and shares of all voxels inside, in one line.
+std::string materials_text(const client::SliceOutcome& outcome);
+
+}  // namespace ccslice::cli
