@@ -147,7 +147,8 @@ void AbaqusPlacer::place(std::vector<AbaqusPart>& parts, const std::vector<Abaqu
   }
   for (AbaqusPart& part : parts) part.release();
   for (const auto& [type, count] : flat_) {
-    file_.warnings.push_back(std::to_string(count) + " elements of type " + printable(type) +
+    file_.warnings.push_back(std::to_string(count) + (count == 1 ? " element of type " : " elements of type ") +
+                             printable(type) +
                              " left out: their faces lie on each other, so they hold no volume; a thickness in their "
                              "section isn't read");
   }

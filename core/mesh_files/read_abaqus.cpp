@@ -374,8 +374,8 @@ void AbaqusReader::warn() {
   for (const auto& [type, count] : other_types_) other_types.insert(type + " (" + std::to_string(count) + ")");
   note("elements of types", other_types);
   for (const auto& [type_and_why, count] : missing_) {
-    file_.warnings.push_back(std::to_string(count) + " elements of type " + type_and_why.first +
-                             " left out: " + type_and_why.second);
+    file_.warnings.push_back(std::to_string(count) + (count == 1 ? " element of type " : " elements of type ") +
+                             type_and_why.first + " left out: " + type_and_why.second);
   }
   note("sets", other_sets_);
   note("members of sets, for no set of that name stands before them,", unknown_sets_);

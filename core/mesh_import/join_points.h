@@ -23,8 +23,8 @@
 
 namespace ccslice {
 
-/// How near points have to be to be in one place by default, mm: a billionth of the diagonal of the mesh's box. A program
-/// that computes a point twice writes numbers that differ in the last place. So where all coordinates are
+/// How near points have to be to be in one place by default, mm: a billionth of the diagonal of the mesh's box. A
+/// program that computes a point twice writes numbers that differ in the last place. So where all coordinates are
 /// single-precision numbers, or decimal ones of up to 9 digits, it is two units in the last place of the largest one (6
 /// digits at least), but no more than a millionth of the diagonal, with 6 digits 20 and with 7 digits 2 millionths.
 double same_place_mm(const ControlMesh& mesh);

@@ -166,7 +166,7 @@ v1::FileDocument document_of_file(const LoadedMesh& loaded, const FileFacts& fac
 
 /// Names the mesh that the volume within straight edges belongs to.
 std::string faceted_mesh(const ControlMesh& mesh) {
-  if (mesh.as_meshed) return mesh.mid_nodes.empty() ? "as meshed " : "with straight edges ";
+  if (mesh.as_meshed) return mesh.mid_nodes.empty() ? "as meshed " : "as meshed, within straight edges ";
   return mesh.interpolating ? "mesh of the fitted control points " : "control mesh ";
 }
 
