@@ -151,9 +151,9 @@ class DescriptorSink final : public spdlog::sinks::base_sink<std::mutex> {
 
 /// What set_up_logging() made last.
 struct Log {
-  std::shared_ptr<spdlog::details::thread_pool> queue;
   std::shared_ptr<DescriptorSink> sink;
   std::shared_ptr<spdlog::async_logger> logger, audit;  // The second one writes at every level.
+  std::shared_ptr<spdlog::details::thread_pool> queue;  // Last, so that its thread ends before what it writes to.
 };
 
 Log& current_log() {
