@@ -98,10 +98,12 @@ AbaqusKeyword AbaqusLines::keyword() {
   bool goes_on = line_.ends_with(',');
   while (goes_on) {
     const Place before = places_.back();
+    const std::uint64_t mark = mark_;
     if (!next_raw()) break;
     if (line_.starts_with("**")) continue;
     if (!line_.empty() && kBeginsOtherLines.find(line_.front()) != std::string_view::npos) {
       places_.back() = before;
+      mark_ = mark;
       break;
     }
     text += line_;

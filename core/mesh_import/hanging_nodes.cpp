@@ -27,73 +27,70 @@ class HangingNodeFinder {
       for (const std::uint32_t point : cluster.points) place_of_[point] = cluster.points.front();
     }
     for (const EdgeId edge : complex.edges()) {
-      if (complex.edge_on_boundary(edge)) edges_.push_back(places_of(edge));
+      if (!complex.edge_on_boundary(edge)) continue;
+      const auto [a, b] = complex.edge_vertices(edge);
+      ends_.push_back({place_of_[a], place_of_[b], a, b});
+      ends_.push_back({place_of_[b], place_of_[a], b, a});
     }
-    std::ranges::sort(edges_);
-    edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+    std::ranges::sort(ends_);
     for (const FaceId face : complex.faces()) {
       if (complex.face_vertices(face).size() == 3) triangles_.insert(places_of(complex.face_vertices(face)));
     }
   }
 
   HangingNodes run() {
-    for (const auto& [a, b] : both_ways()) {
-      if (a < b) look_at_edge(a, b);
+    for (std::size_t i = 0; i < ends_.size(); ++i) {
+      const bool is_other_side = i > 0 && places_of(ends_[i]) == places_of(ends_[i - 1]);
+      if (ends_[i][0] < ends_[i][1] && !(is_other_side && counted_)) counted_ = look_at_edge(ends_[i]);
     }
     if (!triangles_.empty()) look_at_quadrilaterals();
     return found_;
   }
 
  private:
-  using Edge = std::array<std::uint32_t, 2>;
+  /// The places of both ends, and their vertices.
+  using Edge = std::array<std::uint32_t, 4>;
 
-  Edge places_of(EdgeId edge) const {
-    const auto [a, b] = complex_.edge_vertices(edge);
-    return {std::min(place_of_[a], place_of_[b]), std::max(place_of_[a], place_of_[b])};
-  }
+  static std::array<std::uint32_t, 2> places_of(const Edge& edge) { return {edge[0], edge[1]}; }
   std::array<std::uint32_t, 3> places_of(std::span<const VertexId> corners) const {
     std::array<std::uint32_t, 3> places = {place_of_[corners[0]], place_of_[corners[1]], place_of_[corners[2]]};
     std::ranges::sort(places);
     return places;
   }
-  /// Edges by each of their ends, sorted.
-  const std::vector<Edge>& both_ways() {
-    if (ends_.empty()) {
-      for (const auto& [a, b] : edges_) {
-        ends_.push_back({a, b});
-        ends_.push_back({b, a});
-      }
-      std::ranges::sort(ends_);
-    }
-    return ends_;
-  }
   void add(std::size_t& count, const Vec3& place) {
     if (!found_.any()) found_.first = place;
     ++count;
   }
-  void look_at_edge(std::uint32_t a, std::uint32_t b);
+  bool look_at_edge(const Edge& edge);
   void look_at_quadrilaterals();
 
   const ControlMesh& mesh_;
   const CellComplex& complex_;
   std::vector<std::uint32_t> place_of_;  // By vertex: the first one there.
-  std::vector<Edge> edges_, ends_;       // Of the boundary.
+  std::vector<Edge> ends_;               // Edges of the boundary from each of their ends, ascending.
+  bool counted_ = false;                 // The edge between the places that were looked at last.
   std::set<std::array<std::uint32_t, 3>> triangles_;
   HangingNodes found_;
 };
 
-void HangingNodeFinder::look_at_edge(std::uint32_t a, std::uint32_t b) {
+/// Edges of the same vertices are of cells that hang together, as round a hole.
+bool HangingNodeFinder::look_at_edge(const Edge& edge) {
+  const auto [a, b, vertex_a, vertex_b] = edge;
   const Vec3 middle = (mesh_.positions[a] + mesh_.positions[b]) / 2;
   const double near = kNearMiddle * (mesh_.positions[a] - mesh_.positions[b]).norm();
-  for (auto end = std::ranges::lower_bound(ends_, Edge{a, 0}); end != ends_.end() && (*end)[0] == a; ++end) {
-    const std::uint32_t other = (*end)[1];
+  for (auto half = std::ranges::lower_bound(ends_, Edge{a, 0, 0, 0}); half != ends_.end() && (*half)[0] == a; ++half) {
+    const std::uint32_t other = (*half)[1];
     if (other == b || !((mesh_.positions[other] - middle).norm() <= near)) continue;
-    if (!std::ranges::binary_search(ends_, Edge{other, b})) continue;
+    const auto rest = std::ranges::lower_bound(ends_, Edge{other, b, 0, 0});
+    if (rest == ends_.end() || places_of(*rest) != std::array{other, b}) continue;
+    if ((*half)[2] == vertex_a && (*rest)[3] == vertex_b) continue;
     std::array<std::uint32_t, 3> triangle = {a, b, other};
     std::ranges::sort(triangle);
     if (triangles_.contains(triangle)) continue;
-    return add(found_.edges, middle);
+    add(found_.edges, middle);
+    return true;
   }
+  return false;
 }
 
 void HangingNodeFinder::look_at_quadrilaterals() {

@@ -15,7 +15,7 @@
 namespace ccslice {
 
 struct HangingNodes {
-  std::size_t edges = 0;           // With a vertex near their middle, which other edges join to both ends.
+  std::size_t edges = 0;           // With a vertex near their middle, which edges of other cells join to both ends.
   std::size_t quadrilaterals = 0;  // With two triangles on their corners.
   Vec3 first = Vec3::Zero();       // The middle of the first one, mm.
 

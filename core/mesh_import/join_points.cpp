@@ -352,6 +352,8 @@ void PointJoiner::join_mid_nodes(ControlMesh& joined, FileNumbers& numbers) {
   MidNodeList list(mesh_.channel_count());
   list.add(mesh_.mid_nodes, numbers.mid_nodes, new_vertices_, cells);
   MidNodeList::Result result = list.finish(distance_mm_);
+  report_.has_other_order = is_another_order(joined, result);
+  if (report_.has_other_order) result.nodes = {}, result.numbers = {};
   joined.mid_nodes = std::move(result.nodes);
   if (!numbers.mid_nodes.empty()) numbers.mid_nodes = std::move(result.numbers);
   report_.disagreeing_edges = result.other_values;
@@ -387,8 +389,6 @@ void PointJoiner::join(ControlMesh& joined, FileNumbers& numbers) {
   measure();
 }
 
-constexpr int kFewestDigits = 6, kMostDigits = 9;
-
 /// The last of so many significant digits of the number.
 double unit_of_digit(double largest, int digits) { return std::pow(10, std::floor(std::log10(largest)) + 1 - digits); }
 
@@ -399,10 +399,11 @@ bool has_digits(double x, int digits) {
   return std::abs(in_units - std::round(in_units)) <= kRounding * in_units;
 }
 
-/// How many decimal digits suffice for all coordinates, from 6 on; none if it takes more than the 9 that tell
-/// single-precision numbers apart.
+/// How many decimal digits suffice for all coordinates; none if it takes more than the 9 that tell single-precision
+/// numbers apart.
 std::optional<int> digits_of(const ControlMesh& mesh) {
-  int digits = kFewestDigits;
+  constexpr int kMostDigits = 9;
+  int digits = 1;
   for (const Vec3& position : mesh.positions) {
     for (const double x : position) {
       while (!has_digits(x, digits)) {
@@ -413,38 +414,43 @@ std::optional<int> digits_of(const ControlMesh& mesh) {
   return digits;
 }
 
-bool is_single_precision(const ControlMesh& mesh) {
+/// Two units in the last place of the largest single-precision coordinate; 0 if there are others.
+double single_precision_mm(const ControlMesh& mesh) {
+  double largest = 0;
   for (const Vec3& position : mesh.positions) {
     for (const double x : position) {
-      if (static_cast<double>(static_cast<float>(x)) != x) return false;
+      if (static_cast<double>(static_cast<float>(x)) != x) return 0;
+      largest = std::max(largest, std::abs(x));
     }
   }
-  return true;
+  return 2 * std::numeric_limits<float>::epsilon() * largest;
 }
 
-/// How far apart neighbours are among the numbers that the coordinates are written in: two units in the last place of
-/// the largest one; 0 in double precision.
-double last_place_mm(const ControlMesh& mesh, double diagonal) {
-  double largest = 0;
-  for (const Vec3& position : mesh.positions) largest = std::max(largest, position.cwiseAbs().maxCoeff());
-  const double of_float = 2 * std::numeric_limits<float>::epsilon() * largest;
-  if (is_single_precision(mesh)) return std::min(of_float, kMillionth * diagonal);
-  const std::optional<int> digits = largest > 0 ? digits_of(mesh) : std::nullopt;
-  if (!digits) return 0;
-  const double most = std::max(kMillionth, 2 * std::pow(10, 1 - *digits)) * diagonal;
-  return std::min(std::max(of_float, 2 * unit_of_digit(largest, *digits)), most);
+double diagonal_of(const ControlMesh& mesh) {
+  Box3 box;
+  for (const Vec3& position : mesh.positions) {
+    if (position.allFinite()) box.extend(position);
+  }
+  return box.isEmpty() ? 0 : box.diagonal().norm();
 }
 
 }  // namespace
 
 double same_place_mm(const ControlMesh& mesh) {
-  Box3 box;
-  for (const Vec3& position : mesh.positions) {
-    if (position.allFinite()) box.extend(position);
-  }
-  if (box.isEmpty()) return 0;
-  const double diagonal = box.diagonal().norm();
-  return std::max(kBillionth * diagonal, last_place_mm(mesh, diagonal));
+  const double diagonal = diagonal_of(mesh);
+  return std::max(kBillionth * diagonal, std::min(single_precision_mm(mesh), kMillionth * diagonal));
+}
+
+double last_digit_mm(const ControlMesh& mesh) {
+  constexpr int kFewestDigits = 6;  // Numbers of fewer digits are round ones, and what they say is meant.
+  double largest = 0;
+  for (const Vec3& position : mesh.positions) largest = std::max(largest, position.cwiseAbs().maxCoeff());
+  if (!(largest > 0) || !std::isfinite(largest)) return 0;
+  const std::optional<int> digits = digits_of(mesh);
+  if (!digits || *digits < kFewestDigits) return 0;
+  const double neighbours =
+      std::max(2 * unit_of_digit(largest, *digits), 2 * std::numeric_limits<float>::epsilon() * largest);
+  return std::min(neighbours, std::max(kMillionth, 2 * std::pow(10, 1 - *digits)) * diagonal_of(mesh));
 }
 
 JoinReport join_points(double distance_mm, ControlMesh& mesh, FileNumbers& numbers, std::optional<double> same_mm) {

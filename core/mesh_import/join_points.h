@@ -23,11 +23,15 @@
 
 namespace ccslice {
 
-/// How near points have to be to be in one place by default, mm: a billionth of the diagonal of the mesh's box. A
-/// program that computes a point twice writes numbers that differ in the last place. So where all coordinates are
-/// single-precision numbers, or decimal ones of up to 9 digits, it is two units in the last place of the largest one (6
-/// digits at least), but no more than a millionth of the diagonal, with 6 digits 20 and with 7 digits 2 millionths.
+/// How near points have to be to be in one place, mm: a billionth of the diagonal of the mesh's box. Where all
+/// coordinates are single-precision numbers it is two units in the last place of the largest one, but no more than a
+/// millionth of the diagonal: programs that compute a point twice write such neighbours.
 double same_place_mm(const ControlMesh& mesh);
+
+/// How far points are apart that differ in the last digit of text, mm: where the coordinates take 6 to 9 decimal
+/// digits, two units in the last place of the largest one; else 0. No more than a millionth of the diagonal, with 6
+/// digits 20 and with 7 digits 2 millionths.
+double last_digit_mm(const ControlMesh& mesh);
 
 /// A cluster that is longer than the distance: each of its points is within the distance of another one only.
 struct PointChain {
@@ -45,6 +49,7 @@ struct JoinReport {
   PointChain longest_chain;
   std::size_t bent_edges = 0;         // Edges, faces and cells with mid-nodes that are farther apart than the distance.
   double bent_by_mm = 0;              // How far at most.
+  bool has_other_order = false;       // So far, and so many, that all mid-nodes are left out (is_another_order()).
   std::size_t disagreeing_edges = 0;  // Likewise with mid-nodes that disagree in a channel.
 };
 

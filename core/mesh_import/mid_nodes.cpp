@@ -52,26 +52,6 @@ void add_nodes(const MeshFile& file, std::size_t cell, std::span<const std::uint
   if (node != kNone) list.add_cell(static_cast<std::uint32_t>(cell), source(node));
 }
 
-/// Whether cells say of a node that it lies at places so far apart that it can't be the same node.
-bool is_another_order(const ControlMesh& mesh, const MidNodeList::Result& result) {
-  constexpr double kFar = 0.2;  // Of the edge, or of the quadrilateral's diagonal.
-  const MidNodes& nodes = result.nodes;
-  if (result.conflicts == 0 || result.worst >= nodes.edges.size() + nodes.faces.size()) return false;
-  const bool on_edge = result.worst < nodes.edges.size();
-  const auto length = [&](const auto& corners) {
-    double longest = 0;
-    for (const std::uint32_t a : corners) {
-      for (const std::uint32_t b : corners) {
-        longest = std::max(longest, (mesh.positions[a] - mesh.positions[b]).norm());
-      }
-    }
-    return longest;
-  };
-  const double most =
-      on_edge ? length(nodes.edges[result.worst]) : length(nodes.faces[result.worst - nodes.edges.size()]);
-  return result.farthest_apart_mm > kFar * most;
-}
-
 /// `keys`: ascending. `first`: the node of the first key.
 template <typename Key>
 std::optional<std::size_t> node_in(const std::vector<Key>& keys, std::size_t first, const Key& key) {
@@ -131,6 +111,7 @@ void MidNodeList::add(std::array<std::uint32_t, 5> key, const Source& source) {
   std::uint32_t& place = place_of(key);
   if (place != kNone) {
     Node& first = nodes_[place];
+    first.shared = true;
     first.apart_mm = std::max(first.apart_mm, (position - positions_[place]).norm());
     for (std::size_t c = 0; c < channels_; ++c) {
       const float known = values_[place * channels_ + c];
@@ -184,11 +165,12 @@ MidNodeList::Result MidNodeList::finish(double same_mm) const {
   std::ranges::sort(sorted, {}, &Node::key);
   Result result;
   MidNodes& nodes = result.nodes;
-  for (const auto& [key, index, apart_mm, disagree] : sorted) {
+  for (const auto& [key, index, apart_mm, disagree, shared] : sorted) {
+    result.shared += shared;
     result.other_values += disagree;
     if (apart_mm > same_mm) {
       ++result.conflicts;
-      if (apart_mm > result.farthest_apart_mm) result.worst = nodes.positions.size();
+      result.far_nodes.emplace_back(nodes.positions.size(), apart_mm);
       result.farthest_apart_mm = std::max(result.farthest_apart_mm, apart_mm);
     }
     if (key[0] == 2) nodes.edges.push_back({key[1], key[2]});
@@ -200,6 +182,28 @@ MidNodeList::Result MidNodeList::finish(double same_mm) const {
     nodes.values.insert(nodes.values.end(), values, values + static_cast<std::ptrdiff_t>(channels_));
   }
   return result;
+}
+
+bool is_another_order(const ControlMesh& mesh, const MidNodeList::Result& result) {
+  constexpr double kFar = 0.2;  // Of the distance between two of the corners.
+  constexpr std::size_t kFewest = 2, kOneIn = 3;
+  const MidNodes& nodes = result.nodes;
+  const auto is_far = [&](const auto& corners, double apart_mm) {
+    double length = 0;
+    for (const std::uint32_t a : corners) {
+      for (const std::uint32_t b : corners) length = std::max(length, (mesh.positions[a] - mesh.positions[b]).norm());
+    }
+    return apart_mm > kFar * length;
+  };
+  std::size_t far = 0;
+  for (const auto& [node, apart_mm] : result.far_nodes) {
+    if (node < nodes.edges.size()) {
+      far += is_far(nodes.edges[node], apart_mm);
+    } else if (node < nodes.edges.size() + nodes.faces.size()) {
+      far += is_far(nodes.faces[node - nodes.edges.size()], apart_mm);
+    }
+  }
+  return far >= kFewest && kOneIn * far >= result.shared;
 }
 
 MidNodeCorners::MidNodeCorners(const ControlMesh& mesh) : mesh_(mesh) {
@@ -220,8 +224,15 @@ std::span<const std::uint32_t> MidNodeCorners::operator[](std::size_t node) cons
   return std::span(mesh_.cell_vertices).subspan(begin, 8);
 }
 
-void take_mid_nodes(MeshFile& file) {
+std::string other_order_text(double farthest_apart_mm, std::size_t places) {
   constexpr int kDigits = 3;
+  return "cells of second order have their common nodes up to " + number_text(farthest_apart_mm, kDigits) +
+         " apart, in " + std::to_string(places) +
+         " places: they aren't in the format's order. All nodes between corners are left out, so edges are straight. "
+         "Save the mesh with the format's own order of nodes";
+}
+
+void take_mid_nodes(MeshFile& file) {
   const SecondOrderCells curved = std::exchange(file.second_order, {});
   if (curved.cells.empty()) return;
   const ControlMesh& mesh = file.mesh;
@@ -239,11 +250,7 @@ void take_mid_nodes(MeshFile& file) {
   }
   MidNodeList::Result result = list.finish();
   if (is_another_order(mesh, result)) {
-    file.warnings.push_back("cells of second order have nodes on common edges that are up to " +
-                            number_text(result.farthest_apart_mm, kDigits) + " apart, in " +
-                            std::to_string(result.conflicts) +
-                            " places: they aren't in the format's order. All nodes between corners are left out, so "
-                            "edges are straight. Save the mesh with the format's own order of nodes");
+    file.warnings.push_back(other_order_text(result.farthest_apart_mm, result.conflicts));
     return;
   }
   file.mesh.mid_nodes = std::move(result.nodes);
@@ -254,6 +261,7 @@ void take_mid_nodes(MeshFile& file) {
                             "of each is taken");
   }
   if (result.conflicts == 0) return;
+  constexpr int kDigits = 3;
   file.warnings.push_back(std::to_string(result.conflicts) +
                           " edges, faces or cells have several nodes in their middle, up to " +
                           number_text(result.farthest_apart_mm, kDigits) + " apart; the first of each is taken");

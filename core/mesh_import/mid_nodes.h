@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/mesh_import/mesh_file.h"
@@ -59,7 +60,9 @@ class MidNodeList {
     std::vector<std::uint64_t> numbers;  // By node.
     std::size_t conflicts = 0;     // Edges, faces and cells with nodes that are farther apart: the first one is taken.
     double farthest_apart_mm = 0;  // Of these.
-    std::size_t worst = 0;         // The node (in the order of MidNodes::positions) where they are.
+    std::size_t shared = 0;        // Nodes that came more than once.
+    /// Of the conflicts the node, in the order of MidNodes::positions, and how far others are away, mm.
+    std::vector<std::pair<std::size_t, double>> far_nodes;
     std::size_t other_values = 0;  // Edges, faces and cells with nodes that disagree in a channel: likewise.
   };
   /// `same_mm`: how far apart nodes of one key may be.
@@ -71,6 +74,7 @@ class MidNodeList {
     std::uint32_t index;
     double apart_mm = 0;    // How far others of that key are away.
     bool disagree = false;  // They have other values.
+    bool shared = false;    // There are others.
   };
 
   void add(std::array<std::uint32_t, 5> key, const Source& source);
@@ -84,6 +88,13 @@ class MidNodeList {
   std::vector<float> values_;
   std::vector<std::uint64_t> numbers_;
 };
+
+/// Whether cells of `mesh` say of so many of their common nodes that they lie far apart that they list them in another
+/// order than their format's.
+bool is_another_order(const ControlMesh& mesh, const MidNodeList::Result& result);
+
+/// What to tell of it. `farthest_apart_mm` and `places`: of the conflicts.
+std::string other_order_text(double farthest_apart_mm, std::size_t places);
 
 /// The corners of what mid-nodes lie on. REQUIRES: the mesh outlives it, and each of its mid-nodes is of a cell that it
 /// has.

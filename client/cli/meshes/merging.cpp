@@ -13,6 +13,7 @@
 #include "core/base/number_text.h"
 #include "core/mesh_import/hanging_nodes.h"
 #include "core/mesh_import/join_points.h"
+#include "core/mesh_import/mid_nodes.h"
 #include "core/mesh_import/renumber_text.h"
 #include "core/mesh_import/split_touching.h"
 
@@ -43,7 +44,9 @@ void add_join_notes(const JoinReport& report, double distance_mm, std::vector<st
                     " or faces of joined cells have nodes in their middle that disagree in a channel; the first of "
                     "each is taken");
   }
-  if (report.bent_edges > 0) {
+  if (report.has_other_order) {
+    notes.push_back(other_order_text(report.bent_by_mm, report.bent_edges));
+  } else if (report.bent_edges > 0) {
     notes.push_back(show_count(report.bent_edges, "edge") +
                     " or faces of joined cells have nodes in their middle that are up to " +
                     mm_text(report.bent_by_mm) + " apart; the first of each is taken");
@@ -102,6 +105,17 @@ void warn_of_hanging_nodes(const ControlMesh& mesh, const CellComplex& complex, 
                   "both sides alike");
 }
 
+/// Joins points that differ in the last digit. False, and nothing is joined, if cells or values don't allow it: then
+/// what the digits say is meant.
+bool joins_by_digits(const SamePlace& same, MeshFile& file, JoinReport& report) {
+  try {
+    report = join_points(same.last_digit_mm, file.mesh, file.numbers, same.mm);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 void add_merge_options(CLI::App& command, MergeOptions& options) {
@@ -111,8 +125,8 @@ void add_merge_options(CLI::App& command, MergeOptions& options) {
           .add_option("--merge-points", options.merge_points,
                       "Join points that are no farther apart than so many mm, measured after "
                       "--units and before --size. Default: a billionth of the part's size; if all "
-                      "coordinates are single-precision numbers, or have 9 digits or fewer, also points that differ "
-                      "in the last digit; in a .ccmesh or its .json none")
+                      "coordinates are single-precision numbers or have 6 to 9 digits, also points that differ in the "
+                      "last one; in a .ccmesh or its .json none")
           ->check([](const std::string& text) { return text.empty() ? "it needs a distance" : ""; });
   command
       .add_flag("--no-merge", options.no_merge,
@@ -130,14 +144,17 @@ void check_merge_options(const MergeOptions& options) {
   }
 }
 
-bool merge_points(const MergeOptions& options, bool is_contract, double same_mm, MeshFile& file) {
+bool merge_points(const MergeOptions& options, bool is_contract, const SamePlace& same, MeshFile& file) {
   JoinReport report;
   const bool asked = !options.merge_points.empty();
   if (!options.no_merge && (asked || !is_contract)) {
-    const double distance_mm = asked ? parse_number("--merge-points", options.merge_points) : same_mm;
+    double distance_mm = asked ? parse_number("--merge-points", options.merge_points) : same.mm;
     try {
+      const bool by_digits = !asked && same.last_digit_mm > same.mm && joins_by_digits(same, file, report);
+      if (by_digits) distance_mm = same.last_digit_mm;
       // A .ccmesh or its .json has no collapsed cells.
-      report = join_points(distance_mm, file.mesh, file.numbers, is_contract ? std::nullopt : std::optional(same_mm));
+      const auto same_mm = is_contract ? std::nullopt : std::optional(same.mm);
+      if (!by_digits) report = join_points(distance_mm, file.mesh, file.numbers, same_mm);
     } catch (const Error& error) {
       const char* remedy = error.code() == ErrorCode::kMeshBadChannel
                                ? " (--regions-from, --leave-out CHANNEL, --no-merge)"
@@ -146,7 +163,7 @@ bool merge_points(const MergeOptions& options, bool is_contract, double same_mm,
     }
     add_join_notes(report, distance_mm, file.warnings);
   }
-  warn_of_parts(options, is_contract, same_mm, file.mesh, file.warnings);
+  warn_of_parts(options, is_contract, same.mm, file.mesh, file.warnings);
   return report.places > 0;
 }
 

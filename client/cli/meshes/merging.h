@@ -30,12 +30,18 @@ void add_merge_options(CLI::App& command, MergeOptions& options);
 /// Throws UsageError.
 void check_merge_options(const MergeOptions& options);
 
-/// Joins points of the file as the options say, and adds sentences on that to the file's warnings. Meshes of the
-/// contract have the points that are meant, so theirs are joined only on demand. `same_mm`: same_place_mm() in the
-/// file's own unit, as mm of the mesh. Says where parts look like one. Says whether anything is joined. Throws what
-/// join_points() does, with the options that help. REQUIRES: a mesh that passes check_arrays(), but for its positions
-/// and values, or one that a reader made.
-bool merge_points(const MergeOptions& options, bool is_contract, double same_mm, MeshFile& file);
+/// same_place_mm() and last_digit_mm() of the file's own numbers, in mm of the mesh.
+struct SamePlace {
+  double mm = 0;
+  double last_digit_mm = 0;
+};
+
+/// Joins points of the file as the options say, and adds sentences on that to the file's warnings. Points that differ
+/// in the last digit are joined only if that harms no cell and no value. Meshes of the contract have the points that are
+/// meant, so theirs are joined only on demand. Says where parts look like one. Says whether anything is joined. Throws
+/// what join_points() does, with the options that help. REQUIRES: a mesh that passes check_arrays(), but for its
+/// positions and values, or one that a reader made.
+bool merge_points(const MergeOptions& options, bool is_contract, const SamePlace& same, MeshFile& file);
 
 /// validate_and_connect() of `checked`, a copy of `mesh`. Where the mesh touches itself both are split first, unless
 /// the options forbid it, and a sentence on that goes to `notes`. `was_split` says whether.

@@ -316,7 +316,9 @@ void refuse_sharp_meshes(const MeshOptions& options, const ControlMesh& mesh) {
 bool merge_and_mark(const MeshOptions& options, const Changes& changes, bool is_contract, MeshFile& file) {
   check_channel_names(file.mesh);
   file.mesh.allow_folds = file.mesh.allow_folds || options.allow_folds;
-  const double same_mm = changes.sizing.mm_per_unit * same_place_mm(file.mesh);  // Single precision is the file's.
+  // Precision and digits are the file's.
+  const SamePlace same{changes.sizing.mm_per_unit * same_place_mm(file.mesh),
+                       changes.sizing.mm_per_unit * last_digit_mm(file.mesh)};
   apply_units(changes.sizing, file.mesh);
   refuse_sharp_meshes(options, file.mesh);
   // A .ccmesh says itself how it is taken, and a part may turn out to be taken as meshed.
@@ -330,7 +332,7 @@ bool merge_and_mark(const MeshOptions& options, const Changes& changes, bool is_
   for (const std::string& channel : options.leave_out) leave_out_channel(channel, file.mesh);
   if (!options.regions_from.empty()) make_cell_regions(options.regions_from, file);
   take_lists(options, changes, file);
-  return merge_points(options.merge, is_contract, same_mm, file);
+  return merge_points(options.merge, is_contract, same, file);
 }
 
 /// Checks the mesh, splits it where it touches itself, and changes it as the options say. Says whether it was split.

@@ -14,6 +14,13 @@ namespace {
 
 constexpr std::uint32_t kSamples = 16, kMostLayersOfSample = 16, kOneIn = 4;
 
+/// Anything below `end`, the same for the same part.
+std::uint32_t anywhere(std::uint32_t part, std::uint32_t end) {
+  std::uint64_t hash = (part + 1) * 0x9e3779b97f4a7c15ull;
+  hash = (hash ^ hash >> 29) * 0xbf58476d1ce4e5b9ull;
+  return static_cast<std::uint32_t>((hash >> 32) % end);
+}
+
 std::uint64_t scaled(std::uint64_t count, double factor) {
   return static_cast<std::uint64_t>(std::llround(factor * static_cast<double>(count)));
 }
@@ -27,7 +34,7 @@ std::vector<LayerSample> layers_to_sample(std::uint32_t first_layer, std::uint32
     const auto begin = static_cast<std::uint32_t>(std::uint64_t{layer_count} * part / parts);
     const auto end = static_cast<std::uint32_t>(std::uint64_t{layer_count} * (part + 1) / parts);
     LayerSample sample{0, std::clamp((end - begin) / kOneIn, 1u, kMostLayersOfSample), end - begin};
-    sample.first_layer = first_layer + begin + (sample.stands_for - sample.layer_count) / 2;
+    sample.first_layer = first_layer + begin + anywhere(part, sample.stands_for - sample.layer_count + 1);
     samples.push_back(sample);
   }
   return samples;

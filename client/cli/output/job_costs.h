@@ -19,8 +19,8 @@ struct LayerSample {
   std::uint32_t first_layer = 0, layer_count = 0, stands_for = 0;
 };
 
-/// The middles of 16 equal parts of the job: at most 16 layers of each, and a quarter of them; all layers of a job that
-/// has no more than 16.
+/// At most 16 layers, and a quarter, of each of 16 equal parts of the job; all layers of a job that has no more than
+/// 16. They lie anywhere in their part, since what repeats with the height would look the same in the middle of each.
 std::vector<LayerSample> layers_to_sample(std::uint32_t first_layer, std::uint32_t layer_count);
 
 class JobCosts {

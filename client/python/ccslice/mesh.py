@@ -70,12 +70,13 @@ def _warn_of_own_points(points: np.ndarray, used: np.ndarray) -> None:
     keys = np.sort(own[:, 0] + 0.7548776662466927 * own[:, 1] + 0.5698402909980532 * own[:, 2])
     if not (keys[1:] == keys[:-1]).any():
         return
-    double = len(own) - len(np.unique(own, axis=0))
+    own = own[np.lexsort(own.T)]
+    double = int((own[1:] == own[:-1]).all(axis=1).sum())
     if double:
         warnings.warn(
-            f"{double} points lie where another one does. Cells hang together by common points only, so the mesh may "
+            f"points lie where another one does, {double} in all. Cells hang together by common points only, so the mesh may "
             "fall into parts there. To join them: points, first, new = numpy.unique(points, axis=0, return_index=True, "
-            "return_inverse=True); then take new.ravel()[cells] for the cells and values[first] for a channel's values",
+            "return_inverse=True); then take new.ravel()[cells] for the cells (and sharp edges) and values[first] for a channel's values",
             stacklevel=3)
 
 

@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::uint64_t kWorthIt = 64u << 20;
 constexpr std::uint64_t kWorthItWhenIdle = 8u << 20;
-constexpr int kKeptByThread = 1 << 20, kMappedAlone = 4 << 20;
+// With 1 MiB a thread that slices gives back and faults in the same pages all the time: a seventh more time.
+constexpr int kKeptByThread = 4 << 20, kMappedAlone = 4 << 20;
 
 std::uint64_t unknown_bytes(const HeapTrim::Figures& figures) {
   return figures.resident_bytes - std::min(figures.resident_bytes, figures.known_bytes);

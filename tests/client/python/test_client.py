@@ -483,7 +483,7 @@ class WrongArguments(unittest.TestCase):
     def test_points_in_one_place_are_told(self):
         points = np.vstack([CORNERS, CORNERS + (10, 0, 0)])
         cells = np.vstack([HEXAHEDRON, HEXAHEDRON + 8])
-        with self.assertWarnsRegex(UserWarning, "^4 points lie where another one does"):
+        with self.assertWarnsRegex(UserWarning, "^points lie where another one does, 4 in all"):
             self.assertEqual(ccslice.Mesh(points, cells).point_count, 16)
         points, first, new = np.unique(points, axis=0, return_index=True, return_inverse=True)
         with warnings.catch_warnings():

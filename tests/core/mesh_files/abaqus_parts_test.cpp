@@ -58,11 +58,11 @@ TEST(AbaqusParts, CountCellsThatAreFlat) {
   EXPECT_THAT(file.numbers.cells, ElementsAre(501, 503));
   EXPECT_EQ(file.mesh.cell_count(), 2u);
   EXPECT_THAT(file.warnings, Contains(HasSubstr("3 elements of type COH3D8 left out: their faces lie on each other")));
-  EXPECT_THAT(file.warnings, Contains(HasSubstr("1 elements of type GK3D6 left out")));
+  EXPECT_THAT(file.warnings, Contains(HasSubstr("1 element of type GK3D6 left out")));
   EXPECT_THAT(file.warnings, Contains("sets left out: GLUE"));
   const std::string text = two_cubes(0);
   expect_error([&] { (void)read_abaqus(text.substr(0, text.find("*ELEMENT")) + kCohesive); }, ErrorCode::kMeshEmpty,
-               "no solid elements (C3D4, C3D6, C3D8, ...); 1 elements of type COH3D8 left out");
+               "no solid elements (C3D4, C3D6, C3D8, ...); 1 element of type COH3D8 left out");
 }
 
 TEST(AbaqusParts, KeepTheOtherCellsAsTheyAreWhereSomeAreFlat) {

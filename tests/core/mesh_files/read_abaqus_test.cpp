@@ -156,9 +156,9 @@ TEST(ReadAbaqus, CountsElementsThatItLeavesOut) {
   const MeshFile file = read_abaqus(kOneTet + others);
   EXPECT_EQ(file.mesh.cell_count(), 1u);
   EXPECT_THAT(file.warnings,
-              ElementsAre("elements of types left out: S4R (2)", HasSubstr("1 elements of type CCL12 left out: cells"),
-                          HasSubstr("1 elements of type F3D4 left out: they are tetrahedra in CalculiX"),
-                          HasSubstr("1 elements of type GK3D8 left out: half of their nodes come of OFFSET"),
+              ElementsAre("elements of types left out: S4R (2)", HasSubstr("1 element of type CCL12 left out: cells"),
+                          HasSubstr("1 element of type F3D4 left out: they are tetrahedra in CalculiX"),
+                          HasSubstr("1 element of type GK3D8 left out: half of their nodes come of OFFSET"),
                           "sets left out: SKIN"));
   expect_error([&] { (void)read_abaqus(kFourNodes + others); }, ErrorCode::kMeshEmpty,
                "no solid elements (C3D4, C3D6, C3D8, ...), but elements of types S4R, CCL12, F3D4, GK3D8; ");

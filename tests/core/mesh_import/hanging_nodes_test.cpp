@@ -5,7 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 #include "core/mesh_import/join_points.h"
 #include "core/mesh_import/split_touching.h"
@@ -49,6 +52,33 @@ TEST(HangingNodes, AreFoundWhereTrianglesLieOnAQuadrilateral) {
   const HangingNodes found = find(put_together(box_mesh(1, 1, 1, 10), oracle::kuhn_box(1), Vec3(10, 0, 0)));
   EXPECT_EQ(found.quadrilaterals, 1u);
   EXPECT_EQ(found.first, Vec3(10, 5, 5));
+}
+
+// The two short edges of a hole with a triangular section lie as those at a hanging node do, but hang together with the
+// long one.
+TEST(HangingNodes, AreNotRoundAHole) {
+  ControlMesh mesh;
+  for (const double y : {0.0, 5.0}) {
+    for (const auto& [x, z] : {std::pair(0, 0), {10, 0}, {5, 1}, {0, -5}, {10, -5}, {0, 6}, {5, 6}, {10, 6}}) {
+      mesh.positions.push_back(Vec3(x, y, z));
+    }
+  }
+  const auto add = [&](std::array<std::uint32_t, 4> section) {
+    for (const std::uint32_t v : section) mesh.cell_vertices.push_back(v);
+    for (const std::uint32_t v : section) mesh.cell_vertices.push_back(v + 8);
+    mesh.cell_kinds.push_back(CellKind::kHex);
+  };
+  add({3, 4, 1, 0});
+  add({0, 2, 6, 5});
+  add({2, 1, 7, 6});
+  EXPECT_FALSE(find(mesh).any());
+  for (Vec3& p : mesh.positions) p.z() = p.z() == 1 ? 0 : p.z();
+  mesh.positions.insert(mesh.positions.end(), {Vec3(0, 0, 0), Vec3(10, 0, 0), Vec3(0, 5, 0), Vec3(10, 5, 0)});
+  for (std::size_t i = 0; i < 8; ++i) {  // The lower cell gets corners of its own.
+    std::uint32_t& v = mesh.cell_vertices[i];
+    v = v == 0 ? 16 : v == 1 ? 17 : v == 8 ? 18 : v == 9 ? 19 : v;
+  }
+  EXPECT_EQ(find(mesh).edges, 2u);
 }
 
 TEST(HangingNodes, AreNotInMeshesOfOtherKinds) {

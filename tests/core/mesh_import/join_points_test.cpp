@@ -129,8 +129,8 @@ double written(double x, int digits) {
   return std::stod(text);
 }
 
-TEST(JoinPoints, JoinsWhatDiffersInTheLastDigitOfText) {
-  constexpr double kPitch = 7.3001953125;
+TEST(JoinPoints, KnowsTheLastDigitOfText) {
+  constexpr double kPitch = 7.3219054321987;
   for (const int digits : {6, 7, 8, 9}) {
     ControlMesh mesh = with_own_points(box_mesh(2, 1, 1, kPitch));
     // A unit in the last place of the largest coordinate, or of single precision.
@@ -138,17 +138,17 @@ TEST(JoinPoints, JoinsWhatDiffersInTheLastDigitOfText) {
     for (std::size_t i = 0; i < 16; ++i) {
       for (double& x : mesh.positions[i]) x = written(static_cast<float>(x + (i < 8 ? 0 : unit)), digits);
     }
-    ControlMesh metres = mesh;
-    for (Vec3& p : metres.positions) p *= 1000;
-    EXPECT_EQ(join(mesh, same_place_mm(mesh)).places, 4u) << digits;
-    EXPECT_EQ(join(metres, same_place_mm(metres)).places, 4u) << digits;
+    ControlMesh scaled = mesh;
+    for (Vec3& p : scaled.positions) p *= 1000;
+    EXPECT_EQ(join(mesh, last_digit_mm(mesh)).places, 4u) << digits;
+    EXPECT_EQ(join(scaled, last_digit_mm(scaled)).places, 4u) << digits;
   }
-  ControlMesh apart = with_own_points(box_mesh(2, 1, 1, kPitch));
-  for (std::size_t i = 8; i < 16; ++i) {
-    for (double& x : apart.positions[i]) x += 1e-5;  // As far as with 7 digits, but it has more.
-  }
-  apart.positions.front().x() = 1 / 3.0;
-  EXPECT_EQ(join(apart, same_place_mm(apart)).places, 0u);
+  EXPECT_EQ(last_digit_mm(box_mesh(2, 1, 1, kPitch)), 0) << "in double precision";
+  EXPECT_EQ(last_digit_mm(box_mesh(3, 1, 1, 50.1)), 0) << "round numbers";
+  EXPECT_EQ(last_digit_mm({}), 0);
+  ControlMesh far = box_mesh(1, 1, 1, 1);
+  for (Vec3& p : far.positions) p.x() += 123456;
+  EXPECT_NEAR(last_digit_mm(far), 2e-5 * std::sqrt(3), 1e-9) << "no more than that of the part";
 }
 
 TEST(JoinPoints, TakesABillionthOfThePartForOnePlace) {
