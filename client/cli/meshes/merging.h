@@ -37,9 +37,9 @@ struct SamePlace {
 };
 
 /// Joins points of the file as the options say, and adds sentences on that to the file's warnings. Points that differ
-/// in the last digit are joined only if that harms no cell and no value. Meshes of the contract have the points that are
-/// meant, so theirs are joined only on demand. Says where parts look like one. Says whether anything is joined. Throws
-/// what join_points() does, with the options that help. REQUIRES: a mesh that passes check_arrays(), but for its
+/// in the last digit are joined only if that harms no cell and no value. Meshes of the contract have the points that
+/// are meant, so theirs are joined only on demand. Says where parts look like one. Says whether anything is joined.
+/// Throws what join_points() does, with the options that help. REQUIRES: a mesh that passes check_arrays(), but for its
 /// positions and values, or one that a reader made.
 bool merge_points(const MergeOptions& options, bool is_contract, const SamePlace& same, MeshFile& file);
 
