@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "client/cli/base/console.h"
-#include "client/cli/output/manifest.h"
+#include "client/cli/base/message_json.h"
 #include "core/base/echo.h"
 #include "core/base/number_text.h"
 
