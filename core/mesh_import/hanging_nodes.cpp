@@ -39,9 +39,10 @@ class HangingNodeFinder {
   }
 
   HangingNodes run() {
+    bool counted = false;  // The edge between the places that were looked at last.
     for (std::size_t i = 0; i < ends_.size(); ++i) {
       const bool is_other_side = i > 0 && places_of(ends_[i]) == places_of(ends_[i - 1]);
-      if (ends_[i][0] < ends_[i][1] && !(is_other_side && counted_)) counted_ = look_at_edge(ends_[i]);
+      if (ends_[i][0] < ends_[i][1] && !(is_other_side && counted)) counted = look_at_edge(ends_[i]);
     }
     if (!triangles_.empty()) look_at_quadrilaterals();
     return found_;
@@ -68,7 +69,6 @@ class HangingNodeFinder {
   const CellComplex& complex_;
   std::vector<std::uint32_t> place_of_;  // By vertex: the first one there.
   std::vector<Edge> ends_;               // Edges of the boundary from each of their ends, ascending.
-  bool counted_ = false;                 // The edge between the places that were looked at last.
   std::set<std::array<std::uint32_t, 3>> triangles_;
   HangingNodes found_;
 };

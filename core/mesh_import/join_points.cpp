@@ -357,7 +357,7 @@ void PointJoiner::join_mid_nodes(ControlMesh& joined, FileNumbers& numbers) {
   joined.mid_nodes = std::move(result.nodes);
   if (!numbers.mid_nodes.empty()) numbers.mid_nodes = std::move(result.numbers);
   report_.disagreeing_edges = result.other_values;
-  report_.bent_edges = result.conflicts;
+  report_.bent_edges = result.conflicts.size();
   report_.bent_by_mm = result.farthest_apart_mm;
 }
 

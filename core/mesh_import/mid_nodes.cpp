@@ -169,8 +169,7 @@ MidNodeList::Result MidNodeList::finish(double same_mm) const {
     result.shared += shared;
     result.other_values += disagree;
     if (apart_mm > same_mm) {
-      ++result.conflicts;
-      result.far_nodes.emplace_back(nodes.positions.size(), apart_mm);
+      result.conflicts.emplace_back(nodes.positions.size(), apart_mm);
       result.farthest_apart_mm = std::max(result.farthest_apart_mm, apart_mm);
     }
     if (key[0] == 2) nodes.edges.push_back({key[1], key[2]});
@@ -196,7 +195,7 @@ bool is_another_order(const ControlMesh& mesh, const MidNodeList::Result& result
     return apart_mm > kFar * length;
   };
   std::size_t far = 0;
-  for (const auto& [node, apart_mm] : result.far_nodes) {
+  for (const auto& [node, apart_mm] : result.conflicts) {
     if (node < nodes.edges.size()) {
       far += is_far(nodes.edges[node], apart_mm);
     } else if (node < nodes.edges.size() + nodes.faces.size()) {
@@ -250,7 +249,7 @@ void take_mid_nodes(MeshFile& file) {
   }
   MidNodeList::Result result = list.finish();
   if (is_another_order(mesh, result)) {
-    file.warnings.push_back(other_order_text(result.farthest_apart_mm, result.conflicts));
+    file.warnings.push_back(other_order_text(result.farthest_apart_mm, result.conflicts.size()));
     return;
   }
   file.mesh.mid_nodes = std::move(result.nodes);
@@ -260,9 +259,9 @@ void take_mid_nodes(MeshFile& file) {
                             " edges, faces or cells have nodes in their middle that disagree in a channel; the first "
                             "of each is taken");
   }
-  if (result.conflicts == 0) return;
+  if (result.conflicts.empty()) return;
   constexpr int kDigits = 3;
-  file.warnings.push_back(std::to_string(result.conflicts) +
+  file.warnings.push_back(std::to_string(result.conflicts.size()) +
                           " edges, faces or cells have several nodes in their middle, up to " +
                           number_text(result.farthest_apart_mm, kDigits) + " apart; the first of each is taken");
 }

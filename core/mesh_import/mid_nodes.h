@@ -58,11 +58,11 @@ class MidNodeList {
   struct Result {
     MidNodes nodes;
     std::vector<std::uint64_t> numbers;  // By node.
-    std::size_t conflicts = 0;     // Edges, faces and cells with nodes that are farther apart: the first one is taken.
-    double farthest_apart_mm = 0;  // Of these.
+    /// Edges, faces and cells with nodes that are farther apart: the first one, which is taken, in the order of
+    /// MidNodes::positions, and how far others are away from it, mm.
+    std::vector<std::pair<std::size_t, double>> conflicts;
+    double farthest_apart_mm = 0;  // In these.
     std::size_t shared = 0;        // Nodes that came more than once.
-    /// Of the conflicts the node, in the order of MidNodes::positions, and how far others are away, mm.
-    std::vector<std::pair<std::size_t, double>> far_nodes;
     std::size_t other_values = 0;  // Edges, faces and cells with nodes that disagree in a channel: likewise.
   };
   /// `same_mm`: how far apart nodes of one key may be.
@@ -93,7 +93,7 @@ class MidNodeList {
 /// order than their format's.
 bool is_another_order(const ControlMesh& mesh, const MidNodeList::Result& result);
 
-/// What to tell of it. `farthest_apart_mm` and `places`: of the conflicts.
+/// Tells the user about such an order. `farthest_apart_mm` and `places` are those of the conflicts.
 std::string other_order_text(double farthest_apart_mm, std::size_t places);
 
 /// The corners of what mid-nodes lie on. REQUIRES: the mesh outlives it, and each of its mid-nodes is of a cell that it

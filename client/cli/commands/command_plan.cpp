@@ -23,7 +23,7 @@ struct PlanOptions {
   bool costs = false;
 };
 
-/// Slices some layers.
+/// Slices some layers, with progress.
 JobCosts costs_of(Session& session, const v1::SliceJob& job, const v1::PlanSlicesResponse& plan) {
   const std::vector<LayerSample> samples = layers_to_sample(client::region_of(plan).first_layer(), plan.layer_count());
   std::uint64_t total = 0, done = 0;
@@ -70,7 +70,7 @@ Command add_plan(CLI::App& parent, CommonOptions& common) {
   add_job_options(*app, options->job, common);
   app->add_flag(
       "--costs", options->costs,
-      "Slice up to 256 of the layers, too, and estimate the volume of each material and the size of the files");
+      "Slice up to 256 of the layers, too, and estimate the volume of each material and the size of the pictures");
   add_server_options(*app, common);
   app->footer(
       "Examples:\n  ccslice plan ring.ccmesh --pitch 0.0423,0.0846,0.03\n  ccslice plan part.vtk --dpi 600,300 "

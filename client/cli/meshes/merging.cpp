@@ -89,7 +89,7 @@ void warn_of_parts(const MergeOptions& options, bool is_contract, double same_mm
   notes.push_back(note + ": " + remedy + (near.count == 1 ? "no separate ones" : show_count(near.count) + " parts"));
 }
 
-/// Where cells are in contact without common faces, the limit draws back on both sides.
+/// Tells of cells in contact that have no common faces: the limit draws back from there on both sides.
 void warn_of_hanging_nodes(const ControlMesh& mesh, const CellComplex& complex, std::vector<std::string>& notes) {
   if (mesh.as_meshed) return;
   const HangingNodes hanging = find_hanging_nodes(mesh, complex, same_place_mm(mesh));

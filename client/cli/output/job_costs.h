@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What a job comes to, estimated from some of its layers.
+// Estimates what a job comes to from some of its layers.
 
 #pragma once
 

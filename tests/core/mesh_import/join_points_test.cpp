@@ -122,7 +122,7 @@ TEST(JoinPoints, JoinsWhatDiffersInTheLastDigit) {
   EXPECT_EQ(join(single, same_place_mm(single)).places, 4u) << "in single precision";
 }
 
-/// As text of so many significant digits has it.
+/// The number that text of so many significant digits has.
 double written(double x, int digits) {
   char text[40];
   std::snprintf(text, sizeof text, "%.*g", digits, x);

@@ -134,7 +134,7 @@ TEST(SecondOrderCells, ShareNodesHoweverManyTheyAre) {
     }
   }
   const MidNodeList::Result result = list.finish();
-  EXPECT_EQ(result.conflicts, kEdges / 1000);
+  EXPECT_EQ(result.conflicts.size(), kEdges / 1000);
   EXPECT_EQ(result.farthest_apart_mm, 0.5);
   ASSERT_EQ(result.nodes.edges.size(), kEdges / 2);
   ASSERT_EQ(result.nodes.faces.size(), kEdges / 2);
