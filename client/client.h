@@ -113,8 +113,10 @@ struct SliceOutcome {
   std::uint64_t voxels_off_map = 0;            // These three as in LayerStatistics.
   std::uint64_t voxels_scaled_up = 0;
   double least_fraction_sum = 0;
-  std::uint64_t voxels_covered = 0;  // Of parts, that another part has: once for each part that lacks them.
-  std::uint64_t voxels_cut = 0;      // Of parts, that the job cuts out.
+  std::uint64_t voxels_covered = 0;       // Of parts, that another part has: once for each part that lacks them.
+  std::uint64_t voxels_cut = 0;           // Of parts, that the job cuts out.
+  std::vector<v1::PartVoxels> parts;      // Of a job of several parts or copies: what each part has.
+  std::vector<v1::PartOverlap> overlaps;  // Pairs that share voxels, as they are met.
   /// Adds the layers and voxels of another part of the same job.
   void add_counts(const SliceOutcome& part);
 

@@ -61,6 +61,30 @@ void add_voxels(std::vector<std::uint64_t>& sums, const std::vector<std::uint64_
   for (std::size_t i = 0; i < voxels.size(); ++i) sums[i] += voxels[i];
 }
 
+void add_parts(std::vector<v1::PartVoxels>& sums, const std::vector<v1::PartVoxels>& parts) {
+  sums.resize(std::max(sums.size(), parts.size()));
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    sums[p].set_voxel_count(sums[p].voxel_count() + parts[p].voxel_count());
+    for (int m = 0; m < parts[p].material_voxels_size(); ++m) {
+      if (m == sums[p].material_voxels_size()) sums[p].add_material_voxels(0);
+      sums[p].set_material_voxels(m, sums[p].material_voxels(m) + parts[p].material_voxels(m));
+    }
+  }
+}
+
+void add_overlaps(std::vector<v1::PartOverlap>& sums, const std::vector<v1::PartOverlap>& overlaps) {
+  for (const v1::PartOverlap& overlap : overlaps) {
+    const auto known = std::ranges::find_if(sums, [&](const v1::PartOverlap& sum) {
+      return sum.owner() == overlap.owner() && sum.covered() == overlap.covered();
+    });
+    if (known == sums.end()) {
+      sums.push_back(overlap);
+    } else {
+      known->set_voxel_count(known->voxel_count() + overlap.voxel_count());
+    }
+  }
+}
+
 SliceOutcome counts_of(const Layer& layer) {
   const v1::LayerStatistics& statistics = layer.end.statistics();
   SliceOutcome counts;
@@ -78,6 +102,8 @@ SliceOutcome counts_of(const Layer& layer) {
   counts.least_fraction_sum = statistics.least_fraction_sum();
   counts.voxels_covered = statistics.voxels_covered();
   counts.voxels_cut = statistics.voxels_cut();
+  counts.parts = {statistics.parts().begin(), statistics.parts().end()};
+  counts.overlaps = {statistics.overlaps().begin(), statistics.overlaps().end()};
   return counts;
 }
 
@@ -181,6 +207,8 @@ void SliceOutcome::add_counts(const SliceOutcome& part) {
   voxels_off_map += part.voxels_off_map;
   voxels_covered += part.voxels_covered;
   voxels_cut += part.voxels_cut;
+  add_parts(parts, part.parts);
+  add_overlaps(overlaps, part.overlaps);
   if (part.voxels_scaled_up > 0) {
     const bool first = voxels_scaled_up == 0;
     least_fraction_sum = first ? part.least_fraction_sum : std::min(least_fraction_sum, part.least_fraction_sum);

@@ -51,6 +51,8 @@ class ChannelSource {
   /// row.count of each.
   virtual void sample_row(const SourceRow& row, std::span<const std::span<const float>> inputs,
                           std::span<float> values) const = 0;
+  /// Values of a point of the mesh are the same wherever the part is moved, those of its inputs being so.
+  virtual bool follows_part() const noexcept { return false; }
   /// About what it makes for itself, however many rows are sampled. Throws Error{kCancelled}.
   virtual double memory_bytes(const CancellationToken& /*cancel*/ = {}) const { return 0; }
 };

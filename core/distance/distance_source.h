@@ -40,6 +40,7 @@ class DistanceSource final : public ChannelSource {
   const ChannelRange& range() const noexcept override { return range_; }
   void sample_row(const SourceRow& row, std::span<const std::span<const float>> inputs,
                   std::span<float> values) const override;
+  bool follows_part() const noexcept override { return true; }
   double memory_bytes(const CancellationToken& cancel = {}) const override;
 
  private:

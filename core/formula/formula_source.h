@@ -29,6 +29,7 @@ class FormulaSource final : public ChannelSource {
   std::span<const std::string> inputs() const noexcept override { return formula_.inputs(); }
   void sample_row(const SourceRow& row, std::span<const std::span<const float>> inputs,
                   std::span<float> values) const override;
+  bool follows_part() const noexcept override { return frame_ == FormulaFrame::kMesh || !formula_.uses_place(); }
   double memory_bytes(const CancellationToken& cancel = {}) const override;
 
  private:

@@ -48,6 +48,8 @@ struct SliceJob {
                                             // others.
   bool prove_channels = false;              // Interpolate only where the error is proved to be within that tolerance.
   bool refuses_overlaps = false;            // Of several parts: a voxel in more than one of them is an error.
+  bool snap_copies =
+      false;  // Copies whole voxels apart have the voxels and channel values of the first (job/copies.h).
 };
 
 /// The job's region, or all of its grid.
@@ -55,6 +57,23 @@ VoxelBox region_of(const SliceJob& job);
 
 /// Some plane shows cell regions.
 bool shows_cell_regions(const SliceJob& job);
+
+/// The voxels that a part and its copies have, without those that other parts have.
+struct PartVoxels {
+  std::uint64_t voxels = 0;
+  std::vector<std::uint64_t> material_voxels;  // As LayerStats::material_voxels.
+};
+
+/// Voxels that two placed parts hold.
+struct PartOverlap {
+  std::uint32_t owner = 0;    // The placed part that has them,
+  std::uint32_t covered = 0;  // and the one that lacks them.
+  std::uint64_t voxels = 0;
+  Vec3 place_mm = Vec3::Zero();  // The centre of one of them.
+};
+
+/// Of a layer.
+inline constexpr std::size_t kMostOverlaps = 256;
 
 /// Counts of the region's voxels. Where parts overlap, those of channels and maps count a voxel once for each part.
 struct LayerStats {
@@ -76,6 +95,8 @@ struct LayerStats {
   std::uint64_t voxels_scaled_up = 0;          // Direct fractions of less than 1 in all, and none takes the rest.
   double least_fraction_sum = 0;               // Of these voxels; 0 if there are none.
   std::vector<std::uint64_t> material_voxels;  // Voxels of material 1, 2, ...; empty if no plane shows materials.
+  std::vector<PartVoxels> parts;               // Of several placed parts: by part, copies together.
+  std::vector<PartOverlap> overlaps;           // As they are met, kMostOverlaps at most.
 };
 
 struct Layer {

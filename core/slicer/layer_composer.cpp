@@ -47,6 +47,9 @@ std::uint64_t size_of(const VoxelRun& run) { return run.end - run.begin; }
 LayerComposer::LayerComposer(const PlacedParts& parts)
     : parts_(parts), job_(parts.front().job), region_(region_of(job_).window()), order_(parts.size()) {
   std::iota(order_.begin(), order_.end(), 0);
+  for (const PlacedPart& part : parts) {
+    numbers_.push_back(numbers_.empty() ? 0 : numbers_.back() + (part.is_copy ? 0 : 1));
+  }
   std::ranges::stable_sort(order_, std::greater<>(), [&](std::uint32_t part) { return parts[part].priority; });
   const std::vector<std::string> names = cell_region_names(parts);
   for (const PlacedPart& part : parts) {
@@ -73,6 +76,11 @@ void LayerComposer::start(std::uint32_t layer, const LayerWindow& window) {
   layer_ = {};
   layer_.index = layer;
   layer_.z_mm = job_.grid.layer_z_mm(layer);
+  if (parts_.size() > 1) {
+    const std::size_t materials = shows_materials(job_) ? job_.printing->materials.size() : 0;
+    layer_.stats.material_voxels.assign(materials, 0);
+    layer_.stats.parts.assign(numbers_.back() + 1, {0, layer_.stats.material_voxels});
+  }
   only_.reset();
   owners_.clear();
   regions_.clear();
@@ -129,6 +137,7 @@ void LayerComposer::add_samples(std::uint32_t part, const PaintedPart& painted, 
   }
   cancel.throw_if_cancelled();
   const auto owned = owners_.add(part, painted.shape->spans, [&](const OwnedRun& run) { note_covered(part, run); });
+  count_owned(part, painted, owned);
   for (const VoxelRun& run : owned) {
     const VoxelRun kept = window_.clipped(run);
     if (kept.begin == kept.end) continue;
@@ -140,13 +149,49 @@ void LayerComposer::add_samples(std::uint32_t part, const PaintedPart& painted, 
   if (shows_cell_regions(job_)) add_regions(part, painted.shape->regions, owned);
 }
 
+/// `owned`: what the part has of its voxels.
+void LayerComposer::count_owned(std::uint32_t part, const PaintedPart& painted, std::span<const VoxelRun> owned) {
+  std::uint64_t voxels = 0;
+  for (const VoxelRun& run : owned) voxels += size_of(region_.clipped(run));
+  LayerStats& all = layer_.stats;
+  PartVoxels& own = all.parts[numbers_[part]];
+  all.voxels_inside += voxels;
+  own.voxels += voxels;
+  if (!shows_materials(job_)) return;
+  std::vector<std::uint64_t> materials = painted.stats.material_voxels;
+  if (voxels != painted.stats.voxels_inside) {
+    std::array<std::uint64_t, 256> histogram{};
+    for (const VoxelRun& run : owned) {
+      const VoxelRun kept = region_.clipped(run);
+      if (kept.begin == kept.end) continue;
+      const auto row = painted.materials.indices.subspan(painted.window.index(kept.begin, kept.row), size_of(kept));
+      for (const std::uint8_t material : row) ++histogram[material];
+    }
+    materials.assign(histogram.begin() + 1,
+                     histogram.begin() + 1 + static_cast<std::ptrdiff_t>(own.material_voxels.size()));
+  }
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    all.material_voxels[m] += materials[m];
+    own.material_voxels[m] += materials[m];
+  }
+}
+
 /// `run`: voxels of the part that belong to another one.
 void LayerComposer::note_covered(std::uint32_t part, const OwnedRun& run) {
   constexpr int kDigits = 6;
   const VoxelRun covered = region_.clipped(run);
+  if (covered.begin == covered.end) return;
   layer_.stats.voxels_covered += size_of(covered);
-  if (!job_.refuses_overlaps || covered.begin == covered.end) return;
+  std::vector<PartOverlap>& known = layer_.stats.overlaps;
+  const auto pair = std::ranges::find_if(
+      known, [&](const PartOverlap& overlap) { return overlap.owner == run.part && overlap.covered == part; });
+  if (pair != known.end()) {
+    pair->voxels += size_of(covered);
+    return;
+  }
   const Vec3 place = job_.grid.lattice().centre(covered.begin, covered.row, layer_.z_mm);
+  if (known.size() < kMostOverlaps) known.push_back({run.part, part, size_of(covered), place});
+  if (!job_.refuses_overlaps) return;
   throw Error(ErrorCode::kPartsOverlap,
               "overlaps: parts '" + echoed(parts_[run.part].name) + "' and '" + echoed(parts_[part].name) +
                   "' share voxels, in layer " + std::to_string(layer_.index) + " at " + place_text(place, kDigits) +
@@ -170,24 +215,12 @@ void LayerComposer::add_regions(std::uint32_t part, std::span<const RegionRun> r
   }
 }
 
-/// Counts that are of voxels and not of parts.
-void LayerComposer::count() {
-  LayerStats& stats = layer_.stats;
-  for (const OwnedRun& run : owners_.runs()) stats.voxels_inside += size_of(region_.clipped(run));
-  if (!shows_materials(job_)) return;
-  std::array<std::uint64_t, 256> histogram{};
-  for (const std::uint8_t material : materials_) ++histogram[material];
-  const auto first = histogram.begin() + 1;
-  stats.material_voxels.assign(first, first + static_cast<std::ptrdiff_t>(job_.printing->materials.size()));
-}
-
 Layer LayerComposer::finish(const CancellationToken& cancel) {
   if (only_) {
     layer_.planes = encode(
         {only_->window, only_->shape->spans, only_->shape->regions, only_->planes, only_->materials.indices}, cancel);
     return std::move(layer_);
   }
-  count();
   inside_.assign(owners_.runs().begin(), owners_.runs().end());
   layer_.planes = encode({window_, inside_, regions_, channels_, materials_}, cancel);
   return std::move(layer_);

@@ -98,8 +98,8 @@ class LayerComposer {
   void add_stats(const PaintedPart& painted);
   void add_samples(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel);
   void add_regions(std::uint32_t part, std::span<const RegionRun> regions, std::span<const VoxelRun> owned);
+  void count_owned(std::uint32_t part, const PaintedPart& painted, std::span<const VoxelRun> owned);
   void note_covered(std::uint32_t part, const OwnedRun& run);
-  void count();
   std::vector<EncodedPlane> encode(const Samples& samples, const CancellationToken& cancel);
   IndexImage numbers_for(const PlaneSpec& plane, Numbers& numbers, const CancellationToken& cancel) const;
   SampleImage arranged_samples(std::span<const ContonePlane> planes, const PlaneSpec& spec,
@@ -110,6 +110,7 @@ class LayerComposer {
   const LayerWindow region_;
   LayerWindow window_;  // What of it the layer's parts may be in.
   std::vector<std::uint32_t> order_;
+  std::vector<std::uint32_t> numbers_;                 // By placed part: of the part, which its copies share.
   std::vector<std::vector<std::uint8_t>> regions_of_;  // By part, then by its region: its place in cell_region_names().
   std::vector<std::uint32_t> region_palette_, material_palette_;
 

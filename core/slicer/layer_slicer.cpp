@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/job/copies.h"
 #include "core/slicer/layer_composer.h"
 
 namespace ccslice {
@@ -13,27 +14,49 @@ namespace ccslice {
 // What all workers on a job read.
 struct LayerSlicer::Shared {
   PlacedParts parts;
-  std::vector<std::shared_ptr<const PartPainter::Shared>> painting;  // By part.
+  /// Who paints a part.
+  struct Painting {
+    std::size_t group;
+    VoxelShift shift;
+  };
+  std::vector<std::shared_ptr<const PartPainter::Shared>> groups;
+  std::vector<Painting> painting;  // By part.
 };
 
 struct LayerSlicer::State {
-  std::vector<PartPainter> painters;  // By part.
+  /// A painter, and the layer of which it has painted its group.
+  struct Group {
+    PartPainter painter;
+    bool is_painted = false;
+  };
+  const Shared& shared;
+  std::vector<Group> groups;
   LayerComposer composer;
   std::vector<PaintedPart> painted;  // In the composer's order.
 
-  explicit State(const Shared& shared) : composer(shared.parts) {
-    for (const auto& painting : shared.painting) painters.emplace_back(painting);
+  explicit State(const Shared& the_shared) : shared(the_shared), composer(shared.parts) {
+    for (const auto& group : shared.groups) groups.emplace_back(Group{PartPainter(group)});
   }
 
   Layer slice(std::uint32_t layer, const CancellationToken& cancel) {
     painted.clear();
-    LayerWindow window;
-    for (const std::uint32_t part : composer.order()) {
-      painted.push_back(painters[part].paint(layer, cancel));
-      window = joint_window(window, painted.back().window);
+    for (Group& group : groups) {
+      group.painter.find(layer, cancel);
+      group.is_painted = false;
     }
-    composer.start(layer, window);
-    for (std::size_t k = 0; k < painted.size(); ++k) composer.add(composer.order()[k], painted[k], cancel);
+    LayerWindow window;
+    for (const auto& [group, shift] : shared.painting) {
+      window = joint_window(window, groups[group].painter.window(shift));
+    }
+    composer.start(layer, whole_bytes(window));
+    for (const std::uint32_t part : composer.order()) {
+      const auto& [number, shift] = shared.painting[part];
+      Group& group = groups[number];
+      if (!std::exchange(group.is_painted, true)) group.painter.paint(cancel);
+      painted.push_back(group.painter.copy(shift, cancel));
+      composer.add(part, painted.back(), cancel);
+      if (shared.parts.size() > 1) painted.back().materials = {};
+    }
     return composer.finish(cancel);
   }
 };
@@ -41,11 +64,17 @@ struct LayerSlicer::State {
 LayerSlicer::LayerSlicer(PlacedParts parts, const CancellationToken& cancel,
                          std::span<const std::optional<bool>> tiles_fit)
     : LayerSlicer([&] {
-        Shared shared{std::move(parts), {}};
-        for (std::size_t part = 0; part < shared.parts.size(); ++part) {
+        Shared shared{std::move(parts), {}, {}};
+        shared.painting.resize(shared.parts.size());
+        const std::vector<CopyGroup> groups = copy_groups(shared.parts);
+        for (const CopyGroup& group : groups) {
+          const std::uint32_t part = group.copies.front().part;
           const std::optional<bool> fit = tiles_fit.empty() ? std::nullopt : tiles_fit[part];
-          const auto* before = shared.parts[part].is_copy ? shared.painting.back().get() : nullptr;
-          shared.painting.push_back(PartPainter::share(shared.parts[part], cancel, fit, before));
+          const auto* before = shared.parts[part].is_copy ? shared.groups.back().get() : nullptr;
+          for (const CopyGroup::Copy& copy : group.copies) {
+            shared.painting[copy.part] = {shared.groups.size(), copy.shift};
+          }
+          shared.groups.push_back(PartPainter::share(shared.parts, group, groups.size(), cancel, fit, before));
         }
         return std::make_shared<const Shared>(std::move(shared));
       }()) {}

@@ -40,8 +40,8 @@ class LayerSlicer {
   /// REQUIRES: layer is one of the region. Throws Error{kCancelled} within about 10 ms of a cancel, kInternal,
   /// kFractionsOutOfRange.
   Layer slice(std::uint32_t layer, const CancellationToken& cancel);
-  /// The parts of the layer that was sliced last, as if each were alone: of two that hold a voxel the earlier one here
-  /// has it. Valid until another layer is sliced.
+  /// The parts of the layer that was sliced last, as if each were alone, but without their materials: of two that hold
+  /// a voxel the earlier one here has it. Valid until another layer is sliced.
   std::span<const PaintedPart> painted() const;
 
  private:

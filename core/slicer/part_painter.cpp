@@ -4,6 +4,7 @@
 #include "core/slicer/part_painter.h"
 
 #include <algorithm>
+#include <deque>
 #include <utility>
 
 #include "core/contour/contour_index.h"
@@ -23,9 +24,56 @@
 
 namespace ccslice {
 
+namespace {
+
+/// Leaves of each run what the window holds.
+template <typename Run>
+void clip(const LayerWindow& window, std::vector<Run>& runs) {
+  for (Run& run : runs) {
+    const VoxelRun kept = window.clipped(run);
+    run.begin = kept.begin;
+    run.end = kept.end;
+  }
+  std::erase_if(runs, [](const Run& run) { return run.begin == run.end; });
+}
+
+// Unsigned numbers wrap, so adding a negative number subtracts.
+LayerWindow moved(LayerWindow window, const VoxelShift& shift) {
+  window.first_column += static_cast<std::uint32_t>(shift.columns);
+  window.first_row += static_cast<std::uint32_t>(shift.rows);
+  return window;
+}
+
+template <typename Run>
+std::vector<Run> moved(std::vector<Run> runs, const VoxelShift& shift) {
+  for (Run& run : runs) {
+    run.row += static_cast<std::uint32_t>(shift.rows);
+    run.begin += static_cast<std::uint32_t>(shift.columns);
+    run.end += static_cast<std::uint32_t>(shift.columns);
+  }
+  return runs;
+}
+
+PartShape moved(const PartShape& shape, const VoxelShift& shift, const LayerLattice& lattice) {
+  PartShape result{shape.contours, moved(shape.spans, shift), moved(shape.regions, shift), shape.region_loops,
+                   shape.stats};
+  const Vec2 by_mm(shift.columns * lattice.dx_mm, shift.rows * lattice.dy_mm);
+  for (ContourLoop& loop : result.contours.loops) {
+    for (ContourPoint& point : loop.points) point.xy += by_mm;
+  }
+  for (RegionLoop& loop : result.region_loops) {
+    for (Vec2& point : loop.points) point += by_mm;
+  }
+  return result;
+}
+
+}  // namespace
+
 struct PartPainter::Shared {
   std::shared_ptr<const LimitSolid> solid;
-  SliceJob job;
+  SliceJob job;                    // Of the whole grid, if several parts share it:
+  std::optional<CopyGroup> group;  // these.
+  LayerWindow region;              // What is asked for.
   std::shared_ptr<const ContourIndex> contour_index;
   std::shared_ptr<const HalftonePlan> halftone;  // Present if the job shows materials.
   std::shared_ptr<CellNodeStore> pieces;
@@ -49,6 +97,10 @@ struct PartPainter::State {
   PartShape own;                               // That of the layer at hand, if there are no slabs.
   PartShape remaining;                         // What the job leaves of it, if it cuts.
   std::unique_ptr<State> whole;                // For layers of a region that need others of their voxels.
+  std::uint32_t layer = 0;                     // At hand,
+  PaintedPart part;                            // and what is painted of it,
+  bool is_whole_needed = false;                // unless `whole` paints it.
+  std::deque<PartShape> copies;                // Of its shape, as far as they were asked for.
 
   State(std::shared_ptr<const Shared> the_shared, const LayerScope& the_scope)
       : shared(std::move(the_shared)),
@@ -107,22 +159,29 @@ struct PartPainter::State {
     PartShape result;
     result.contours = trace(job.grid.layer_z_mm(layer), cancel);
     result.spans = rasterize(result.contours, lattice, scope.rows, cancel);
+    if (shared->group) clip(shared->group->within, result.spans);
     if (shows_cell_regions(job) || mixes_by_region()) result.regions = cell_regions(result, cancel);
     if (job.contours_by_cell_region) result.region_loops = region_loops(result.contours, cancel);
     result.contours.region_edges = {};
-    if (scope.region != window_of(lattice)) {
-      drop_loops_outside(scope.region, lattice, result.contours.loops);
-      drop_loops_outside(scope.region, lattice, result.region_loops);
-    }
-    result.stats.contour_loops = result.contours.loops.size();
-    for (const ContourLoop& loop : result.contours.loops) result.stats.contour_points += loop.points.size();
-    result.stats.contour_leaves_unresolved = result.contours.unresolved_leaves;
-    for (const VoxelRun& span : result.spans) {
-      const VoxelRun part = scope.region.clipped(span);
-      result.stats.voxels_inside += part.end - part.begin;
-    }
-    if (!job.contours || job.contours_by_cell_region) result.contours = {};
+    if (!shared->group) limit_to_region(result);
     return result;
+  }
+
+  /// Leaves loops that meet the region, if the job delivers them, and counts.
+  void limit_to_region(PartShape& shape) const {
+    const LayerWindow& region = shared->region;
+    if (region != window_of(lattice)) {
+      drop_loops_outside(region, lattice, shape.contours.loops);
+      drop_loops_outside(region, lattice, shape.region_loops);
+    }
+    shape.stats.contour_loops = shape.contours.loops.size();
+    for (const ContourLoop& loop : shape.contours.loops) shape.stats.contour_points += loop.points.size();
+    shape.stats.contour_leaves_unresolved = shape.contours.unresolved_leaves;
+    for (const VoxelRun& span : shape.spans) {
+      const VoxelRun kept = region.clipped(span);
+      shape.stats.voxels_inside += kept.end - kept.begin;
+    }
+    if (!job.contours || job.contours_by_cell_region) shape.contours = {};
   }
 
   /// Interpolation works on whole slabs, whatever the range that is asked for.
@@ -142,7 +201,7 @@ struct PartPainter::State {
     return *known;
   }
 
-  WindowOutcome evaluate_channels(std::uint32_t layer, PaintedPart& part, const CancellationToken& cancel) {
+  WindowOutcome evaluate_channels(const CancellationToken& cancel) {
     planes.start(part.window, cancel);
     const double z_mm = job.grid.layer_z_mm(layer);
     const bool is_whole = scope.window == window_of(lattice);
@@ -158,7 +217,7 @@ struct PartPainter::State {
   }
 
   /// Leaves out what the job cuts.
-  void cut(PaintedPart& part, const CancellationToken& cancel) {
+  void cut(const CancellationToken& cancel) {
     if (!job.cut) return;
     remaining = *part.shape;
     std::uint64_t voxels = 0;
@@ -168,51 +227,79 @@ struct PartPainter::State {
     };
     cut_part(planes, part.window, remaining.spans, remaining.regions, count, cancel);
     part.shape = &remaining;
-    part.stats.voxels_inside -= voxels;
     part.stats.voxels_cut = voxels;
+    if (!shared->group) part.stats.voxels_inside -= voxels;
   }
 
-  void choose_materials(std::uint32_t layer, PaintedPart& part, const CancellationToken& cancel) {
+  void choose_materials(PaintedPart& of, const CancellationToken& cancel) {
     if (!halftone) return;
-    const HalftonePass::Place place{lattice, layer, job.grid.layer_z_mm(layer), part.window, scope.region};
+    const HalftonePass::Place place{lattice, layer, job.grid.layer_z_mm(layer), of.window, shared->region};
     if (mixes_by_region()) {
-      halftone->run(place, part.shape->regions, planes.mixed(), cancel);
+      halftone->run(place, of.shape->regions, planes.mixed(), cancel);
     } else {
-      halftone->run(place, part.shape->spans, planes.mixed(), cancel);
+      halftone->run(place, of.shape->spans, planes.mixed(), cancel);
     }
-    part.materials = halftone->image();
-    part.halftone = shared->halftone.get();
-    part.mixed = planes.mixed();
-    part.stats.material_voxels = halftone->histogram();
-    part.stats.voxels_off_map = halftone->misfits().off_map;
-    part.stats.voxels_scaled_up = halftone->misfits().scaled_up;
-    if (part.stats.voxels_scaled_up > 0) part.stats.least_fraction_sum = halftone->misfits().least_sum;
+    of.materials = halftone->image();
+    of.halftone = shared->halftone.get();
+    of.mixed = planes.mixed();
+    of.stats.material_voxels = halftone->histogram();
+    of.stats.voxels_off_map = halftone->misfits().off_map;
+    of.stats.voxels_scaled_up = halftone->misfits().scaled_up;
+    if (of.stats.voxels_scaled_up > 0) of.stats.least_fraction_sum = halftone->misfits().least_sum;
   }
 
-  PaintedPart paint(std::uint32_t layer, const CancellationToken& cancel) {
+  void find(std::uint32_t the_layer, const CancellationToken& cancel) {
     cancel.throw_if_cancelled();
+    layer = the_layer;
+    is_whole_needed = false;
+    part = {};
     if (slabs) {
       enter_slab(layer);
+      part.shape = &shape_in_slab(layer, cancel);
     } else {
       own = shape(layer, cancel);
+      part.shape = &own;
     }
-    PaintedPart part;
-    part.shape = slabs ? &shape_in_slab(layer, cancel) : &own;
-    part.window = common_window(whole_bytes(window_of(part.shape->spans)), scope.window);
-    part.planes = planes.shown();
+    part.window = window_of(part.shape->spans);
+    if (!shared->group) part.window = common_window(whole_bytes(part.window), scope.window);
     part.stats = part.shape->stats;
-    if (evaluate_channels(layer, part, cancel) == WindowOutcome::kNeedsWholeLayer) {
+  }
+
+  void paint(const CancellationToken& cancel) {
+    part.planes = planes.shown();
+    if (evaluate_channels(cancel) == WindowOutcome::kNeedsWholeLayer) {
       if (!whole) whole = std::make_unique<State>(shared, whole_scope(job));
-      return whole->paint(layer, cancel);
+      is_whole_needed = true;
+      whole->find(layer, cancel);
+      whole->paint(cancel);
+      return;
     }
-    cut(part, cancel);
-    choose_materials(layer, part, cancel);
-    return part;
+    cut(cancel);
+    copies.clear();
+  }
+
+  PaintedPart copy(const VoxelShift& shift, const CancellationToken& cancel) {
+    if (is_whole_needed) return whole->copy(shift, cancel);
+    PaintedPart result = part;
+    if (shared->group) {
+      PartShape& shape = copies.emplace_back(moved(*part.shape, shift, lattice));
+      limit_to_region(shape);
+      result.shape = &shape;
+      result.window = moved(part.window, shift);
+      result.stats.voxels_inside = shape.stats.voxels_inside;
+      result.stats.contour_loops = shape.stats.contour_loops;
+      result.stats.contour_points = shape.stats.contour_points;
+      result.stats.contour_leaves_unresolved = shape.stats.contour_leaves_unresolved;
+    }
+    choose_materials(result, cancel);
+    return result;
   }
 };
 
-std::shared_ptr<const PartPainter::Shared> PartPainter::share(const PlacedPart& part, const CancellationToken& cancel,
+std::shared_ptr<const PartPainter::Shared> PartPainter::share(const PlacedParts& parts, const CopyGroup& group,
+                                                              std::size_t groups, const CancellationToken& cancel,
                                                               std::optional<bool> tiles_fit, const Shared* before) {
+  const PlacedPart& part = parts[group.copies.front().part];
   const SliceJob& job = part.job;
   auto index = std::make_shared<const ContourIndex>(*part.solid, job.placement, Vec3::UnitZ(), cancel);
   std::shared_ptr<const HalftonePlan> halftone = before != nullptr ? before->halftone : nullptr;
@@ -223,8 +310,18 @@ std::shared_ptr<const PartPainter::Shared> PartPainter::share(const PlacedPart& 
   if (!tiles_fit && job.channel_tolerance != 0 && PartPlanes(job, part.solid->summary()).need_solid()) {
     tiles_fit = do_tiles_fit(part.solid, interpolation_spec_of(job, part.solid->summary().channels), cancel);
   }
-  return std::make_shared<const Shared>(
-      Shared{part.solid, job, std::move(index), std::move(halftone), make_cell_node_store(tiles_fit)});
+  Shared shared{part.solid,
+                job,
+                std::nullopt,
+                region_of(job).window(),
+                std::move(index),
+                std::move(halftone),
+                make_cell_node_store(tiles_fit, groups)};
+  if (group.is_shared()) {
+    shared.group = group;
+    shared.job.region.reset();  // What one copy has outside of it another one may have within.
+  }
+  return std::make_shared<const Shared>(std::move(shared));
 }
 
 PartPainter::PartPainter(std::shared_ptr<const Shared> shared)
@@ -236,8 +333,11 @@ PartPainter::~PartPainter() = default;
 PartPainter::PartPainter(PartPainter&&) noexcept = default;
 PartPainter& PartPainter::operator=(PartPainter&&) noexcept = default;
 
-PaintedPart PartPainter::paint(std::uint32_t layer, const CancellationToken& cancel) {
-  return state_->paint(layer, cancel);
+void PartPainter::find(std::uint32_t layer, const CancellationToken& cancel) { state_->find(layer, cancel); }
+LayerWindow PartPainter::window(const VoxelShift& shift) const { return moved(state_->part.window, shift); }
+void PartPainter::paint(const CancellationToken& cancel) { state_->paint(cancel); }
+PaintedPart PartPainter::copy(const VoxelShift& shift, const CancellationToken& cancel) {
+  return state_->copy(shift, cancel);
 }
 
 }  // namespace ccslice

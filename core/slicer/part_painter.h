@@ -7,6 +7,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -17,6 +18,7 @@
 #include "core/contour/contour.h"
 #include "core/contour/region_loops.h"
 #include "core/field/contone.h"
+#include "core/job/copies.h"
 #include "core/job/placed_part.h"
 #include "core/job/slice_job.h"
 #include "core/output/plane.h"
@@ -36,7 +38,7 @@ struct PartShape {
   LayerStats stats;                      // Of the contours, and voxels_inside.
 };
 
-/// A part in a layer. Valid until its painter paints again.
+/// A part in a layer. Valid until its painter finds another layer, but materials only until the next part of it.
 struct PaintedPart {
   const PartShape* shape = nullptr;
   LayerWindow window;                    // What the planes and materials hold: all voxels inside of the job's region.
@@ -48,25 +50,34 @@ struct PaintedPart {
   LayerStats stats;
 };
 
-/// One thread's worker. Holds scratch memory of one layer, and of what paints a slab of them.
+/// One thread's worker on a group of copies. Holds scratch memory of one layer, and of what paints a slab of them.
 class PartPainter {
  public:
-  /// What all workers on a part read.
+  /// What all workers on a group read.
   struct Shared;
 
-  /// `tiles_fit`: do_tiles_fit() of the job, if that is known; else it is found out. `before`: of the part before, if
-  /// this one is its copy. REQUIRES: validate_job(*part.solid, part.job) passes. Throws Error{kCancelled}.
-  static std::shared_ptr<const Shared> share(const PlacedPart& part, const CancellationToken& cancel,
-                                             std::optional<bool> tiles_fit, const Shared* before);
+  /// `groups`: of the job, which share room for what they keep. `tiles_fit`: do_tiles_fit() of the job, if that is
+  /// known; else it is found out. `before`: of a group before, if this one has copies of the same part. REQUIRES:
+  /// validate_job(*part.solid, part.job) passes for each part of the group. Throws Error{kCancelled}.
+  static std::shared_ptr<const Shared> share(const PlacedParts& parts, const CopyGroup& group, std::size_t groups,
+                                             const CancellationToken& cancel, std::optional<bool> tiles_fit,
+                                             const Shared* before);
 
   explicit PartPainter(std::shared_ptr<const Shared> shared);
   ~PartPainter();
   PartPainter(PartPainter&&) noexcept;
   PartPainter& operator=(PartPainter&&) noexcept;
 
-  /// REQUIRES: layer is one of the job's region. Throws Error{kCancelled} within about 10 ms of a cancel, kInternal,
+  /// Finds the contours of a layer. REQUIRES: layer is one of the job's region. Throws Error{kCancelled} within about
+  /// 10 ms of a cancel, kInternal.
+  void find(std::uint32_t layer, const CancellationToken& cancel);
+  /// The window of a copy. REQUIRES: find().
+  LayerWindow window(const VoxelShift& shift) const;
+  /// Evaluates the channels of the layer that was found. Throws as find().
+  void paint(const CancellationToken& cancel);
+  /// A copy of what is painted, with materials of its own. REQUIRES: paint(). Throws Error{kCancelled},
   /// kFractionsOutOfRange.
-  PaintedPart paint(std::uint32_t layer, const CancellationToken& cancel);
+  PaintedPart copy(const VoxelShift& shift, const CancellationToken& cancel);
 
  private:
   struct State;

@@ -19,11 +19,13 @@
 #include "core/channel/channel_table.h"
 #include "core/contour/contour.h"
 #include "core/contour/surface_tree.h"
+#include "core/interpolation/pieces/cell_node_store.h"
 #include "core/interpolation/pieces/slab_pieces.h"
 #include "core/interpolation/samples/small_cells.h"
 #include "core/interpolation/samples/voxel_blocks.h"
 #include "core/interpolation/tiles/tile_particles.h"
 #include "core/interpolation/tiles/tile_trials.h"
+#include "core/job/copies.h"
 #include "core/limit/boundary_surface.h"
 #include "core/limit/cell_index.h"
 #include "core/limit/limit_evaluator.h"
@@ -48,7 +50,7 @@ constexpr double kGrowth = 2, kGrowthOfPieces = 1.5;
 constexpr double kCodecs = 4 * kMiB;
 constexpr double kPartsOfInverter = 5 * kMiB;  // Where the solid folds, or parts of it overlap.
 constexpr double kLines = 8 * kMiB, kLinesOfCell = 5.4 * 1024;
-constexpr double kPiecesOfJob = 48 * kMiB, kStencilsOfJob = 2 * 16 * kMiB, kStencilsOfCell = 10.8 * 1024;
+constexpr double kStencilsOfCell = 10.8 * 1024;
 
 // Of contours: points are there as crossings, between them, and in loops.
 constexpr double kCopiesOfPoints = 3;
@@ -185,6 +187,14 @@ double cut_bytes(const SliceJob& job, const LayerWindow& window) {
   return kGrowth * kCopies * runs * (sizeof(VoxelRun) + (needs_regions(job) ? sizeof(RegionRun) : 0));
 }
 
+/// Spans and contours of a layer.
+double shape_bytes(const Boundary& boundary, const SliceJob& job, const LayerScope& scope) {
+  const double rows = scope.rows.end - scope.rows.begin;
+  const double spans =
+      std::min(boundary.crossings / 2 + rows, rows * (job.grid.extent.columns / 2 + 1.0)) * sizeof(VoxelRun);
+  return (needs_regions(job) ? 3 : 1) * spans + (job.contours ? boundary.points * sizeof(ContourPoint) : 0);
+}
+
 /// `kept_layers`: those whose spans and contours are kept.
 double contour_bytes(const Boundary& boundary, const SliceJob& job, const LayerScope& scope, double kept_layers) {
   const double kept = std::max<double>(SurfaceTree::kKeptNodes, 8 * boundary.visited) + boundary.visited;
@@ -193,12 +203,8 @@ double contour_bytes(const Boundary& boundary, const SliceJob& job, const LayerS
   const double crossings =
       std::min(boundary.crossings, std::max<double>(1 << 20, 4 * boundary.points)) * sizeof(std::uint64_t);
   const double row_begins = 8.0 * job.grid.extent.rows;
-  const double rows = scope.rows.end - scope.rows.begin;
-  const double spans =
-      std::min(boundary.crossings / 2 + rows, rows * (job.grid.extent.columns / 2 + 1.0)) * sizeof(VoxelRun);
-  const bool has_regions = needs_regions(job);
-  const double shapes = (has_regions ? 3 : 1) * spans + (job.contours ? loops : 0);
-  return kGrowth * (nodes * kNodeBytes + kCopiesOfPoints * loops + kept_layers * shapes) + crossings + row_begins;
+  return kGrowth * (nodes * kNodeBytes + kCopiesOfPoints * loops + kept_layers * shape_bytes(boundary, job, scope)) +
+         crossings + row_begins;
 }
 
 /// What slabs meet of the cells.
@@ -269,8 +275,9 @@ double patches_of(const LimitSolid& solid, std::size_t most_bytes) {
   return static_cast<double>(patch_cache_bytes(solid.summary().channels.size(), most_bytes));
 }
 
-/// What a PartPainter takes.
-SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& cancel) {
+/// What a PartPainter takes that paints so many copies, one of so many painters.
+SlicerMemory memory_of_part(const PlacedPart& part, std::size_t copies, std::size_t painters,
+                            const CancellationToken& cancel) {
   const std::shared_ptr<const LimitSolid>& solid = part.solid;
   const SliceJob& job = part.job;
   const LayerScope scope = scope_of(job);
@@ -283,6 +290,7 @@ SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& can
   double shared = boundary.faces * 2 * sizeof(Box3),
          slicer = source_bytes(job) + painted_bytes(job, window) + cut_bytes(job, window);
   slicer += contour_bytes(boundary, job, scope, interpolates ? kSlabLayers : 1);
+  if (copies > 1) slicer += kGrowth * static_cast<double>(copies) * shape_bytes(boundary, job, scope);
   if (channels > 0) slicer += patches_of(*solid, VoxelBlocks::kPatchBytes);  // Of the inverter.
   std::optional<bool> tiles_fit;
   const CellIndex& index = solid->index();
@@ -294,8 +302,9 @@ SlicerMemory memory_of_part(const PlacedPart& part, const CancellationToken& can
     // The store keeps the pieces that were asked for last, so those of slabs at hand are among them, if they fit.
     const double all_piece_bytes = cells.all_pieces * piece_bytes(channels);
     const double slab_bytes = std::min(cells.pieces * piece_bytes(channels), all_piece_bytes);
-    shared += std::max(std::min(kPiecesOfJob, all_piece_bytes) - slab_bytes, 0.0);
-    shared += std::min(kStencilsOfJob, irregular * kStencilsOfCell);
+    const NodeStoreBytes most = bytes_of_store(painters);
+    shared += std::max(std::min(static_cast<double>(most.pieces), all_piece_bytes) - slab_bytes, 0.0);
+    shared += std::min(static_cast<double>(most.stencils), irregular * kStencilsOfCell);
     slicer += patches_of(*solid, VoxelBlocks::kPatchBytes) + std::min(kLines, irregular * kLinesOfCell);
     slicer += slab_bytes + cells.pieces * slab_piece_bytes(channels);
     slicer += kGrowthOfPieces * cells.runs * (kRunBytes + sizeof(ScannedRun) / double{kSlabLayers});
@@ -332,24 +341,33 @@ double map_bytes(const PlacedPart& part) {
 }  // namespace
 
 SlicerMemory slicer_memory(const PlacedParts& parts, const CancellationToken& cancel) {
-  // Copies that differ by where they lie take about the same: that of which most is in the region stands for all.
+  // Groups of copies that differ by where they lie take about the same: that of which most is in the region stands for
+  // all.
+  const std::vector<CopyGroup> groups = copy_groups(parts);
+  const auto painted = [&](std::size_t group) -> const PlacedPart& { return parts[groups[group].copies.front().part]; };
   const auto is_like = [&](std::size_t a, std::size_t b) {
-    return parts[a].solid == parts[b].solid && parts[b].is_copy &&
-           lie_alike(parts[a].job.placement, parts[b].job.placement);
+    return painted(a).solid == painted(b).solid && painted(b).is_copy &&
+           groups[a].copies.size() == groups[b].copies.size() &&
+           lie_alike(painted(a).job.placement, painted(b).job.placement);
   };
   SlicerMemory memory;
-  for (std::size_t first = 0, end = 0; first < parts.size(); first = end) {
+  memory.tiles_fit.resize(parts.size());
+  for (std::size_t first = 0, end = 0; first < groups.size(); first = end) {
     std::size_t fullest = first;
-    for (end = first + 1; end < parts.size() && is_like(first, end); ++end) {
-      if (voxels_in_region(parts[end]) > voxels_in_region(parts[fullest])) fullest = end;
+    for (end = first + 1; end < groups.size() && is_like(first, end); ++end) {
+      if (voxels_in_region(painted(end)) > voxels_in_region(painted(fullest))) fullest = end;
     }
-    const SlicerMemory of_part = memory_of_part(parts[fullest], cancel);
-    const std::uint64_t copies = end - first;
-    memory.shared_bytes += copies * of_part.shared_bytes;
-    if (parts.size() > 1) memory.shared_bytes += static_cast<std::uint64_t>(map_bytes(parts[first]));
-    memory.slicer_bytes += copies * of_part.slicer_bytes;
-    memory.crossings += copies * of_part.crossings;
-    memory.tiles_fit.insert(memory.tiles_fit.end(), copies, of_part.tiles_fit.front());
+    PlacedPart part = painted(fullest);
+    if (groups[first].is_shared()) part.job.region.reset();
+    const SlicerMemory of_part = memory_of_part(part, groups[first].copies.size(), groups.size(), cancel);
+    const std::uint64_t alike = end - first;
+    memory.shared_bytes += alike * of_part.shared_bytes;
+    if (parts.size() > 1) memory.shared_bytes += static_cast<std::uint64_t>(map_bytes(painted(first)));
+    memory.slicer_bytes += alike * of_part.slicer_bytes;
+    memory.crossings += alike * of_part.crossings;
+    for (std::size_t group = first; group < end; ++group) {
+      for (const CopyGroup::Copy& copy : groups[group].copies) memory.tiles_fit[copy.part] = of_part.tiles_fit.front();
+    }
   }
   std::set<const ChannelSource*> sources;  // Parts share them.
   for (const PlacedPart& part : parts) {
@@ -361,7 +379,11 @@ SlicerMemory slicer_memory(const PlacedParts& parts, const CancellationToken& ca
   const SliceJob& job = parts.front().job;
   const LayerWindow window = window_of_parts(parts);
   double composed = encoded_bytes(job, window);
-  if (parts.size() > 1) composed += painted_bytes(job, common_window(window, region_of(job).window()));
+  if (parts.size() > 1) {
+    const LayerWindow held = common_window(window, region_of(job).window());
+    if (shows_materials(job)) composed += voxels_of(held);
+    for (const PlaneSpec& plane : shown_channels(job)) composed += plane_bytes(plane, held);
+  }
   memory.slicer_bytes += static_cast<std::uint64_t>(composed);
   return memory;
 }

@@ -15,7 +15,8 @@ _MESH = {"--cell-data": VALUE, "--grade": VALUE, "--leave-out": VALUE, "--merge-
          "--sharp-reentrant": FLAG, "--smooth": FLAG}
 _GRID = {"--box": VALUE, "--box-voxels": VALUE, "--dpi": VALUE, "--extent": VALUE, "--layer-height": VALUE,
          "--origin": VALUE, "--pitch": VALUE, "--printer": VALUE, "--smallest-feature": VALUE}
-_PLACEMENT = {"--at": VALUE, "--rotate": VALUE, "--scale": VALUE, "--translate": VALUE}
+_PLACEMENT = {"--at": VALUE, "--overlaps": VALUE, "--rotate": VALUE, "--scale": VALUE, "--translate": VALUE,
+              "--snap": FLAG}
 _PICTURES = {"--background": VALUE, "--channel": VALUE, "--channel-tolerance": VALUE, "--contour-tolerance": VALUE,
              "--encoding": VALUE, "--flip": VALUE, "--format": VALUE, "--outside": VALUE, "--row-order": VALUE,
              "--all-channels": FLAG, "--cell-regions": FLAG, "--masks": FLAG, "--occupancy": FLAG,

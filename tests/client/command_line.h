@@ -29,19 +29,23 @@ namespace ccslice::client {
 
 namespace fs = std::filesystem;
 
-/// The value at a path of members such as "mesh.control_cells"; a null value if the text is no JSON object.
+/// The value at a path of members such as "mesh.control_cells", or "parts.0.name" of items of a list; a null value if
+/// the text is no JSON object.
 inline google::protobuf::Value json_at(const std::string& text, const std::string& path) {
   google::protobuf::Value value;
   EXPECT_TRUE(google::protobuf::util::JsonStringToMessage(text, &value).ok()) << text;
   for (std::size_t at = 0; at <= path.size();) {
     const std::size_t end = std::min(path.find('.', at), path.size());
-    const auto& fields = value.struct_value().fields();
-    const auto found = fields.find(path.substr(at, end - at));
-    if (found == fields.end()) {
+    const std::string name = path.substr(at, end - at);
+    google::protobuf::Value inner;
+    if (const auto& fields = value.struct_value().fields(); fields.contains(name)) {
+      inner = fields.at(name);
+    } else if (const auto& items = value.list_value().values(); !items.empty() && name < std::to_string(items.size())) {
+      inner = items[std::stoi(name)];
+    } else {
       ADD_FAILURE() << "no " << path << " in " << text;
       return {};
     }
-    const google::protobuf::Value inner = found->second;
     value = inner;
     at = end + 1;
   }

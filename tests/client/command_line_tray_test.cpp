@@ -112,6 +112,45 @@ TEST_F(CommandLineTray, PacksSlicesPlansAndDraws) {
   EXPECT_EQ(drawn.exit_code, cli::kExitOk) << drawn.err;
 }
 
+TEST_F(CommandLineTray, PacksCopiesWholeVoxelsApart) {
+  const std::string file = path("tray.json");
+  const ProcessResult packed = run({"tray", "pack", box_, ring_, "--copies", "4", "--printer", "j750-hm", "--material",
+                                    "VeroClear", "--material", "VeroBlack", "--map", "material:VeroBlack", "-o", file});
+  ASSERT_EQ(packed.exit_code, cli::kExitOk) << packed.err;
+  EXPECT_TRUE(cli::read_job_file(file).snap());
+  const std::string plan = run({"plan", file, "--json"}).out;
+  EXPECT_EQ(json_at(plan, "snapped.copies").number_value(), 0) << "nothing is left to be moved";
+  EXPECT_EQ(json_at(plan, "snapped.computed").number_value(), 2);
+  const ProcessResult sliced = run({"slice", file, "--layers", "4", "-o", path("layers")});
+  ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
+  EXPECT_THAT(sliced.out,
+              AllOf(HasSubstr("part box (4 copies): "), HasSubstr("part ring (4 copies): "), HasSubstr("VeroBlack")));
+  const std::string manifest = read_whole(path("layers/manifest.json"));
+  const double box = json_at(manifest, "parts.0.voxel_count").number_value();
+  const double ring = json_at(manifest, "parts.1.voxel_count").number_value();
+  EXPECT_EQ(json_at(manifest, "parts.0.name").string_value(), "box");
+  EXPECT_EQ(box + ring, json_at(manifest, "voxel_count").number_value());
+  EXPECT_EQ(json_at(manifest, "parts.1.materials.1.voxel_count").number_value(), ring);
+}
+
+TEST_F(CommandLineTray, SnapsAndRefusesByOptions) {
+  const std::vector<std::string> two = {box_, "--pitch", "1", "--at", "0,0,0", "--at", "30.25,0,0"};
+  const auto with = [&](const std::string& command, std::vector<std::string> more) {
+    more.insert(more.begin(), two.begin(), two.end());
+    more.insert(more.begin(), command);
+    return run(more);
+  };
+  EXPECT_THAT(with("plan", {"--snap"}).out, HasSubstr("1 moved to whole voxels, by up to 250, 0 and 0 um"));
+  const ProcessResult sliced = with("slice", {"--snap", "-o", path("snapped")});
+  EXPECT_THAT(sliced.err, HasSubstr("note: copies: 1 moved to whole voxels"));
+  EXPECT_EQ(json_at(read_whole(path("snapped/manifest.json")), "slice_job.snap").bool_value(), true);
+  const ProcessResult over = run({"slice", box_, ring_, "--pitch", "1", "-o", path("over")});
+  EXPECT_THAT(over.err, AllOf(HasSubstr("parts overlap: 'box' takes "), HasSubstr(" of 'ring', one at (")));
+  const ProcessResult refused = run({"slice", box_, ring_, "--pitch", "1", "--overlaps", "refuse", "-o", path("no")});
+  EXPECT_EQ(refused.exit_code, cli::kExitRefused);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("--overlaps"), HasSubstr("'box' and 'ring' share voxels")));
+}
+
 TEST_F(CommandLineTray, AJobInPlaceOfAMeshIsTakenAsJobIs) {
   const std::string file = job();
   EXPECT_THAT(run({"slice", file, "--pitch", "1", "-o", path("x")}).err,
@@ -119,6 +158,9 @@ TEST_F(CommandLineTray, AJobInPlaceOfAMeshIsTakenAsJobIs) {
   EXPECT_THAT(run({"plan", file, box_}).err, HasSubstr("2 parts, and there are 1 mesh"));
   std::ofstream(path("bad.json")) << R"({"parts": [{"mesh_id": "box.ccmesh"}], "grid": {"pitch": {"x_mm": -1}}})";
   EXPECT_THAT(run({"plan", path("bad.json")}).err, HasSubstr("bad.json: grid.pitch")) << "in fields of the file";
+  const ProcessResult missing = run({"plan", path("none.json")});
+  EXPECT_EQ(missing.exit_code, cli::kExitInput);
+  EXPECT_THAT(missing.err, HasSubstr("none.json: there is no such file to read"));
 }
 
 TEST_F(CommandLineTray, PackSaysWhatHasNoRoomAndHowMuchIsMissing) {

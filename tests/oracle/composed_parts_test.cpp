@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <numeric>
@@ -297,6 +298,188 @@ TEST(ComposedParts, AreTheSameForAnyNumberOfThreadsAndAnySplit) {
       for (std::size_t plane = 0; plane < layer.planes.size(); ++plane) {
         ASSERT_EQ(same.planes[plane].bytes, layer.planes[plane].bytes) << "seed " << seed << ", layer " << layer.index;
       }
+    }
+  }
+}
+
+/// A layer as it is when its part moves by whole voxels: zeros outside.
+Layer moved(const Layer& layer, const SliceJob& job, std::int64_t columns, std::int64_t rows) {
+  Layer result = layer;
+  for (std::size_t plane = 0; plane < job.planes.size(); ++plane) {
+    std::vector<std::uint8_t> from = layer.planes[plane].bytes, inside = layer.planes[0].bytes;
+    std::vector<std::uint8_t>& to = result.planes[plane].bytes;
+    std::ranges::fill(to, 0);
+    for (std::uint32_t y = 0; y < job.grid.extent.rows; ++y) {
+      for (std::uint32_t x = 0; x < job.grid.extent.columns; ++x) {
+        if (Samples(job, 0, inside).get(x, y)[0] == 0) continue;
+        Samples(job, plane, to)
+            .set(static_cast<std::uint32_t>(x + columns), static_cast<std::uint32_t>(y + rows),
+                 Samples(job, plane, from).get(x, y));
+      }
+    }
+  }
+  return result;
+}
+
+/// Copies whole voxels apart of a few parts, some of which the grid cuts off.
+struct SnappedTray {
+  struct Copy {
+    std::size_t first;           // The part that it is a copy of, and
+    std::int64_t columns, rows;  // how far from it.
+  };
+  PlacedParts parts;
+  std::vector<Copy> copies;  // By part; a part itself is its own.
+};
+
+SnappedTray random_tray(const std::vector<std::shared_ptr<const LimitSolid>>& solids, Common common, Random& random) {
+  common.region.reset();
+  common.order = {};
+  common.grid.extent.columns = common.grid.extent.rows = 110;
+  SnappedTray tray;
+  const std::uint32_t parts = 1 + random_below(random, 3);
+  for (std::uint32_t p = 0; p < parts; ++p) {
+    const auto& solid = solids[random_below(random, static_cast<std::uint32_t>(solids.size()))];
+    const SliceJob job = job_of_part(common, random);
+    const auto priority = static_cast<std::int32_t>(random_below(random, 3));
+    const std::size_t begin = tray.parts.size();
+    constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+    std::size_t first = kNone;
+    std::vector<Placement> ways = {job.placement, random_placement(random)};
+    for (const Placement& way : ways) {
+      first = kNone;
+      for (std::uint32_t copy = 0; copy < 1 + random_below(random, 5); ++copy) {
+        PlacedPart part{"part", solid, job, priority, tray.parts.size() > begin};
+        part.name += " " + std::to_string(tray.parts.size());
+        part.job.snap_copies = true;
+        part.job.placement = way;
+        const VoxelPitch& pitch = common.grid.pitch;
+        const std::int64_t columns = random_below(random, 90), rows = random_below(random, 90);
+        const Box3 box = solid->summary().bounding_box.transformed(way);
+        // Two voxels from the grid's corner, and further.
+        const double x0 = common.grid.origin_mm.x() + 2 * pitch.x_mm, y0 = common.grid.origin_mm.y() + 2 * pitch.y_mm;
+        const Vec3 to(
+            std::ceil((x0 - box.min().x()) / pitch.x_mm) * pitch.x_mm + static_cast<double>(columns) * pitch.x_mm,
+            std::ceil((y0 - box.min().y()) / pitch.y_mm) * pitch.y_mm + static_cast<double>(rows) * pitch.y_mm, 0);
+        part.job.placement.translation() += to;
+        const Box3 there = solid->summary().bounding_box.transformed(part.job.placement);
+        const double end_x = common.grid.origin_mm.x() + common.grid.extent.columns * pitch.x_mm;
+        const double end_y = common.grid.origin_mm.y() + common.grid.extent.rows * pitch.y_mm;
+        const double over = std::max((there.max().x() - end_x) / pitch.x_mm, (there.max().y() - end_y) / pitch.y_mm);
+        if (over > -2 && over < 2) continue;  // Whether that is cut off follows from rounding.
+        validate_job(*solid, part.job);
+        const bool is_cut = over > 0;
+        const std::size_t number = tray.parts.size();
+        if (!is_cut && first == kNone) first = number;
+        if (is_cut || first == number) {
+          tray.copies.push_back({number, 0, 0});
+        } else {
+          const Vec3 from = tray.parts[first].job.placement.translation();
+          const Vec3 by = part.job.placement.translation() - from;
+          tray.copies.push_back({first, std::llround(by.x() / pitch.x_mm), std::llround(by.y() / pitch.y_mm)});
+        }
+        tray.parts.push_back(std::move(part));
+      }
+    }
+  }
+  return tray;
+}
+
+/// Halftones but those that follow from the fractions alone are other ones in other places.
+bool prints_alike(const SliceJob& job) { return job.printing->halftone.method == HalftoneMethod::kLargestFraction; }
+
+TEST(SnappedCopies, AreTheirFirstMovedVoxelByVoxel) {
+  const auto solids = make_solids();
+  std::uint64_t copies = 0, cut = 0, inside = 0;
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    Random random(seed);
+    Common common = random_common(random);
+    common.method = HalftoneMethod::kLargestFraction;
+    const SnappedTray tray = random_tray(solids, common, random);
+    if (tray.parts.size() < 2) continue;
+    const std::vector<std::uint32_t> wanted = {1 + random_below(random, 16)};
+    const Layer layer = layers_of(LayerSlicer(tray.parts), wanted).front();
+    std::vector<Layer> of_parts;
+    for (std::size_t p = 0; p < tray.parts.size(); ++p) {
+      const auto& [first, columns, rows] = tray.copies[p];
+      const Layer own = layers_of(LayerSlicer(tray.parts[p].solid, tray.parts[first].job), wanted).front();
+      of_parts.push_back(moved(own, tray.parts[first].job, columns, rows));
+      copies += first != p ? 1 : 0;
+      cut += first == p ? 1 : 0;
+    }
+    const Composed expected = compose(tray.parts, std::move(of_parts));
+    for (std::size_t plane = 0; plane < expected.planes.size(); ++plane) {
+      ASSERT_EQ(layer.planes[plane].bytes, expected.planes[plane]) << "seed " << seed << ", plane " << plane;
+    }
+    ASSERT_EQ(layer.stats.voxels_inside, expected.inside) << "seed " << seed;
+    ASSERT_EQ(layer.stats.voxels_covered, expected.covered) << "seed " << seed;
+    std::uint64_t of_all = 0, overlaps = 0;
+    for (const PartVoxels& part : layer.stats.parts) of_all += part.voxels;
+    for (const PartOverlap& overlap : layer.stats.overlaps) overlaps += overlap.voxels;
+    ASSERT_EQ(of_all, expected.inside) << "seed " << seed;
+    ASSERT_EQ(overlaps, expected.covered) << "seed " << seed;
+    inside += expected.inside;
+  }
+  EXPECT_GT(copies, 150u);
+  EXPECT_GT(cut, 100u);
+  EXPECT_GT(inside, 50000u);
+}
+
+TEST(SnappedCopies, HaveTheHalftonesOfTheirPlaces) {
+  const auto solids = make_solids();
+  std::uint64_t inside = 0, others = 0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    Random random(seed);
+    Common common = random_common(random);
+    common.tolerance = 0;
+    const SnappedTray tray = random_tray(solids, common, random);
+    if (tray.parts.size() < 2 || prints_alike(tray.parts.front().job)) continue;
+    const std::vector<std::uint32_t> wanted = {1 + random_below(random, 16)};
+    const Layer layer = layers_of(LayerSlicer(tray.parts), wanted).front();
+    PlacedParts apart = tray.parts;
+    for (PlacedPart& part : apart) part.job.snap_copies = false;
+    const Layer expected = layers_of(LayerSlicer(apart), wanted).front();
+    const std::vector<std::uint8_t>&materials = layer.planes[3].bytes, &alone = expected.planes[3].bytes;
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+      inside += materials[i] != 0 ? 1 : 0;
+      others += materials[i] != alone[i] ? 1 : 0;
+    }
+  }
+  EXPECT_GT(inside, 20000u);
+  EXPECT_LT(others, inside / 2000) << "values differ by rounding";
+}
+
+TEST(SnappedCopies, AreTheSameInAnyRegionSplitAndNumberOfThreads) {
+  const auto solids = make_solids();
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    Random random(seed);
+    const Common common = random_common(random);
+    const SnappedTray tray = random_tray(solids, common, random);
+    if (tray.parts.size() < 2) continue;
+    std::vector<Layer> all;
+    slice_range(tray.parts, 0, 18, [&](Layer&& layer) { all.push_back(std::move(layer)); },
+                {.threads = 3, .cancel = {}});
+    ASSERT_EQ(all.size(), 18u);
+    PlacedParts parts = tray.parts;
+    const VoxelBox region{7 + random_below(random, 40), 5 + random_below(random, 40), 3, {31, 42, 12}};
+    for (PlacedPart& part : parts) part.job.region = region;
+    for (const Layer& layer : layers_of(LayerSlicer(parts), {14, 3, 8})) {
+      const SliceJob &whole = tray.parts.front().job, &cropped = parts.front().job;
+      std::uint64_t inside = 0;
+      for (std::size_t plane = 0; plane < whole.planes.size(); ++plane) {
+        std::vector<std::uint8_t> from = all[layer.index].planes[plane].bytes, to = layer.planes[plane].bytes;
+        for (std::uint32_t y = 0; y < region.extent.rows; ++y) {
+          for (std::uint32_t x = 0; x < region.extent.columns; ++x) {
+            const auto sample = Samples(cropped, plane, to).get(x, y);
+            ASSERT_EQ(sample, Samples(whole, plane, from).get(x + region.first_column, y + region.first_row))
+                << "seed " << seed << ", layer " << layer.index << ", plane " << plane << ", " << x << ", " << y;
+            inside += plane == 0 ? sample[0] : 0;
+          }
+        }
+      }
+      EXPECT_EQ(layer.stats.voxels_inside, inside) << "seed " << seed;
+      std::uint64_t of_materials = 0;
+      for (const std::uint64_t voxels : layer.stats.material_voxels) of_materials += voxels;
+      EXPECT_EQ(of_materials, inside) << "seed " << seed;
     }
   }
 }

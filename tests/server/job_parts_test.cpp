@@ -117,6 +117,61 @@ TEST_F(JobParts, MayBeCopies) {
   EXPECT_NEAR(row_of(copies)[42], 2.5, 1e-3);
 }
 
+TEST_F(JobParts, MayBeSnappedToWholeVoxels) {
+  v1::Part& part = add("", 0.25);
+  place(part, 20);
+  place(part, 39.5);
+  job_->set_snap(true);
+  const Sliced copies = sliced();
+  EXPECT_EQ(copies.header.grid().extent().columns(), 49u) << "from 0.25 to 49.25 mm";
+  const std::vector<float> row = row_of(copies);
+  for (const std::size_t column : {20u, 39u}) EXPECT_EQ(row[column + 3], row[3]) << "the very same value";
+  EXPECT_TRUE(copies.ends.at(3).statistics().parts().size() == 1);
+  EXPECT_EQ(copies.ends.at(3).statistics().parts(0).voxel_count(), 300u);
+  v1::PlanSlicesRequest request;
+  *request.mutable_job() = *job_;
+  v1::PlanSlicesResponse plan;
+  grpc::ClientContext context;
+  ASSERT_TRUE(server_.stub().PlanSlices(&context, request, &plan).ok());
+  ASSERT_TRUE(plan.has_snapped());
+  EXPECT_EQ(plan.snapped().copies(), 2u);
+  EXPECT_NEAR(plan.snapped().most_mm().x(), 0.25, 1e-9);
+  EXPECT_EQ(plan.snapped().computed(), 1u);
+  job_->mutable_grid()->mutable_pitch()->set_x_mm(0);
+  EXPECT_EQ(failure().field, "job.grid.pitch.x_mm");
+}
+
+TEST_F(JobParts, AreCountedByThemselvesAndWhereTheyOverlap) {
+  add_white_and_black();
+  job_->mutable_printing()->mutable_map()->set_material("white");
+  job_->add_planes()->mutable_materials();
+  v1::Part& left = add("left", 0);
+  place(left, 30);
+  add("right", 6).mutable_map()->set_material("black");
+  const Sliced both = sliced();
+  const v1::LayerStatistics& statistics = both.ends.at(3).statistics();
+  ASSERT_EQ(statistics.parts_size(), 2);
+  EXPECT_EQ(statistics.parts(0).voxel_count(), 200u) << "both copies";
+  EXPECT_THAT(statistics.parts(0).material_voxels(), ElementsAre(200, 0));
+  EXPECT_EQ(statistics.parts(1).voxel_count(), 60u);
+  EXPECT_THAT(statistics.parts(1).material_voxels(), ElementsAre(0, 60));
+  ASSERT_EQ(statistics.overlaps_size(), 1);
+  EXPECT_EQ(statistics.overlaps(0).owner(), 0u);
+  EXPECT_EQ(statistics.overlaps(0).covered(), 2u);
+  EXPECT_EQ(statistics.overlaps(0).voxel_count(), 40u);
+  EXPECT_NEAR(statistics.overlaps(0).place_mm().x(), 6.5, 1e-9);
+  EXPECT_NEAR(statistics.overlaps(0).place_mm().z(), 3.5, 1e-9);
+}
+
+TEST_F(JobParts, OverlapInSoManyPairsAtMostAsALayerNames) {
+  v1::Part& part = add("", 0);
+  for (int copy = 0; copy < 300; ++copy) place(part, 0);
+  job_->set_snap(true);
+  const v1::LayerStatistics statistics = sliced().ends.at(3).statistics();
+  EXPECT_EQ(statistics.voxels_covered(), 30000u) << "the first one has all voxels";
+  EXPECT_EQ(statistics.overlaps_size(), 256);
+}
+
 TEST_F(JobParts, HaveMapsOfTheirOwn) {
   add_white_and_black();
   job_->mutable_printing()->mutable_map()->set_material("white");

@@ -15,7 +15,7 @@ struct FieldOption {
 };
 
 /// The first row that fits counts.
-constexpr std::array<FieldOption, 48> kOptions = {{
+constexpr std::array<FieldOption, 49> kOptions = {{
     {"printer", "--printer"},
     {"grid.pitch", "--pitch"},
     {"grid.extent", "--extent"},
@@ -38,6 +38,7 @@ constexpr std::array<FieldOption, 48> kOptions = {{
     {"planes", "--channel"},
     {"fields", "--field, --cut-where or --shell"},
     {"cut", "--cut-where"},
+    {"overlaps", "--overlaps"},
     {"printing.materials", "--material"},
     {"printing.map.overrides", "--where or --shell"},
     {"printing.map", "--map"},

@@ -52,13 +52,13 @@ void run_plan(Session& session, const PlanOptions& all) {
       all.costs ? std::optional(costs_of(session, job, plan)) : std::optional<JobCosts>();
   if (!session.options().json) {
     const std::string text = numbers ? describe(plan, *numbers) : describe(in_numbers_of_files(plan, parts));
-    return print_line(text + (costs ? costs->text() : ""));
+    return print_line(text + (costs ? costs->text(job) : ""));
   }
   v1::PlanDocument document = numbers ? document_of(renumbered(plan, *numbers), &*numbers)  //
                                       : document_of(in_numbers_of_files(plan, parts));
   const std::vector<std::string>& notes = session.file_notes();
   if (numbers) *document.mutable_notes() = {notes.begin(), notes.end()};
-  if (costs) *document.mutable_costs() = costs->document();
+  if (costs) *document.mutable_costs() = costs->document(job);
   print_line(json_of(document));
 }
 

@@ -177,7 +177,7 @@ void slice_job(Session& session, const SliceOptions& options, const PlannedJob& 
   report_sliced(session, options.output, job, result);
   if (session.quiet()) return;
   if (job.layers() == job.plan.layer_count()) warn_of_materials(result.outcome);
-  warn_of_covered(result.outcome);
+  warn_of_covered(job.request.job(), result.outcome);
 }
 
 /// The outlines that the job's file asks for, in the form of the options: JSON if they don't say, and left out of the
@@ -207,6 +207,7 @@ v1::PlanSlicesResponse told_plan(Session& session, const SliceOptions& options, 
   for (const v1::PlanWarning& warning : plan.warnings()) {
     print_note("warning: " + echoed(warning.message(), kMaxMessageBytes));
   }
+  if (plan.snapped().copies() > 0) print_note("note: copies: " + describe(plan.snapped()));
   if (options.job.software == "grabcad") warn_of_grabcad(job, plan);
   return plan;
 }

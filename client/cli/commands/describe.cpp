@@ -8,6 +8,7 @@
 #include "client/cli/base/console.h"
 #include "client/cli/output/documents.h"
 #include "core/base/echo.h"
+#include "core/base/number_text.h"
 #include "core/mesh/rounded_edges.h"
 
 namespace ccslice::cli {
@@ -180,6 +181,17 @@ std::string describe(const v1::GetServerInfoResponse& info) {
          " mm\n  encodings  " + encodings + "\n  printers   " + printers;
 }
 
+std::string describe(const v1::SnappedCopies& snapped) {
+  constexpr double kMicrons = 1000;
+  const v1::Vector3& most = snapped.most_mm();
+  const auto microns = [](double mm) { return number_text(kMicrons * mm, 3); };
+  return (snapped.copies() == 0
+              ? std::string("none had to be moved to whole voxels")
+              : show_count(snapped.copies()) + " moved to whole voxels, by up to " + microns(most.x()) + ", " +
+                    microns(most.y()) + " and " + microns(most.z()) + " um") +
+         "; computed once for all alike: " + show_count(snapped.computed(), "solid");
+}
+
 std::string describe(const v1::PlanSlicesResponse& plan) {
   const v1::Grid& grid = plan.grid();
   const v1::VoxelBox region = client::region_of(plan);
@@ -197,6 +209,7 @@ std::string describe(const v1::PlanSlicesResponse& plan) {
   }
   text += "\n  part       " + describe(grid.part_box());
   if (plan.has_deviation()) text += describe(deviation_to_tell(plan));
+  if (plan.has_snapped()) text += "\n  copies     " + describe(plan.snapped());
   if (plan.raw_bytes() > 0) {
     text += "\n  samples    " + show_bytes(plan.raw_bytes()) + ", " + show_bytes(plan.raw_bytes_per_layer()) +
             " a layer\n  download   about " + show_bytes(plan.estimated_bytes());

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "client/cli/base/console.h"
@@ -15,6 +17,7 @@
 #include "client/mesh_bytes.h"
 #include "core/base/count_text.h"
 #include "core/base/echo.h"
+#include "core/base/error.h"
 
 namespace ccslice::cli {
 namespace {
@@ -58,6 +61,13 @@ void note_stand_in(const JobOptions& options, const v1::SliceJob& job, int p, co
   if (options.mesh.mesh.empty() || id.empty() || client::is_mesh_id(id)) return;
   print_note("note: " + echoed(mesh) + " stands in for " + echoed(id) + ", which " + options.file + " names in parts[" +
              std::to_string(p) + "]");
+}
+
+/// Names a job's file that isn't there before anything is missed that it would say.
+void require_job_file(const std::string& mesh) {
+  std::error_code ignored;
+  if (!mesh.ends_with(".json") || std::filesystem::exists(mesh, ignored)) return;
+  throw Error(ErrorCode::kFileUnreadable, echoed(mesh) + ": there is no such file to read");
 }
 
 /// Takes a job's file that stands where the mesh does as --job would.
@@ -117,6 +127,7 @@ void add_placed_job_options(CLI::App& app, JobOptions& options, CommonOptions& c
 
 void add_layer_options(CLI::App& app, JobOptions& options) {
   said_in_files(app, options, [&] {
+    add_overlap_options(app, options.parts);
     add_plane_options(app, options.planes);
     add_layout_options(app, options.layout);
     add_background_option(app, options.printing);
@@ -155,6 +166,7 @@ void add_fields(const JobOptions& options, v1::SliceJob& job) {
 v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {
   if (!options.file.empty()) return job_of_file(options);
   if (options.mesh.mesh.empty()) throw UsageError("say what to slice: MESH, or a file with --job");
+  require_job_file(options.mesh.mesh);
   if (options.software == "grabcad") fit_to_grabcad(options.layout, options.planes);
   v1::SliceJob job = parse_job(options.grid, options.placement, options.printing);
   add_fields(options, job);

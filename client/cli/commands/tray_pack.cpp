@@ -33,6 +33,7 @@ struct TrayPackOptions {
 struct Tray {
   std::string name;
   Vec3 size_mm = Vec3::Zero();
+  Vec3 pitch_mm = Vec3::Zero();
 };
 
 /// A part as it is to lie on the tray, before it is moved there.
@@ -50,10 +51,14 @@ Tray tray_of(const v1::SliceJob& job) {
   Tray tray{printer.name(), Vec3(printer.tray_mm().x(), printer.tray_mm().y(), printer.tray_mm().z())};
   if (const PrinterProfile* const known = find_printer_profile(printer.name())) {
     tray.size_mm = known->tray_mm;
+    tray.pitch_mm = Vec3(known->pitch.x_mm, known->pitch.y_mm, known->pitch.z_mm);
   } else if (!printer.has_pitch()) {
     throw UsageError("--printer: '" + echoed(printer.name()) +
                      "' is no printer that is known; `ccslice printers` lists "
                      "them");
+  }
+  for (const v1::VoxelPitch& said : {printer.pitch(), job.grid().pitch()}) {
+    if (said.x_mm() > 0 && said.y_mm() > 0) tray.pitch_mm = Vec3(said.x_mm(), said.y_mm(), said.z_mm());
   }
   if (tray.size_mm.x() > 0 && tray.size_mm.y() > 0) return tray;
   throw UsageError("--printer: the size of the tray of '" + echoed(tray.name) +
@@ -142,12 +147,23 @@ void refuse_large_parts(const Tray& tray, const std::vector<Copy>& copies, const
                    echoed_list(faults, faults.size()) + "; turn parts with --rotate, or take another printer");
 }
 
+double whole_steps(double mm, double step_mm) {
+  constexpr double kRounding = 1e-9;
+  return step_mm > 0 ? std::floor(mm / step_mm + kRounding) * step_mm : mm;
+}
+
 PackedTray packed(const TrayPackOptions& options, const Tray& tray, const std::vector<Copy>& copies,
                   const std::vector<std::string>& names) {
   refuse_large_parts(tray, copies, names);
   std::vector<Footprint> footprints;
   for (const Copy& copy : copies) footprints.push_back({copy.box_mm.sizes().x(), copy.box_mm.sizes().y()});
-  PackedTray result = pack_tray(footprints, tray.size_mm.x(), options.clearance_mm);
+  // Places are moved towards the corner to whole voxels. One more voxel between parts keeps them apart.
+  const double voxel_mm = std::max(tray.pitch_mm.x(), tray.pitch_mm.y());
+  PackedTray result = pack_tray(footprints, tray.size_mm.x(), options.clearance_mm + voxel_mm);
+  for (PackedPlace& place : result.places) {
+    place.x_mm = whole_steps(place.x_mm, tray.pitch_mm.x());
+    place.y_mm = whole_steps(place.y_mm, tray.pitch_mm.y());
+  }
   constexpr double kRoundingMm = 1e-9;
   if (result.depth_mm <= tray.size_mm.y() + kRoundingMm) return result;
   std::vector<std::size_t> outside(names.size());
@@ -224,6 +240,7 @@ void run_tray_pack(Session& session, TrayPackOptions options) {
   put_on_server(session, options.job, job);
   const std::vector<Copy> copies = copies_of(session, job, names, counts);
   const PackedTray result = packed(options, tray, copies, names);
+  job.set_snap(true);
   for (v1::Part& part : *job.mutable_parts()) part.clear_placements();
   for (std::size_t i = 0; i < copies.size(); ++i) {
     *job.mutable_parts(static_cast<int>(copies[i].part))->add_placements() =

@@ -52,7 +52,23 @@ void add_part_options(CLI::App& command, PartOptions& options) {
       ->group("Placement");
 }
 
+void add_overlap_options(CLI::App& command, PartOptions& options) {
+  command
+      .add_flag("--snap", options.snap,
+                "Move copies by up to half a voxel, to whole voxels from the first of their part: copies in the same "
+                "layers are computed once, which takes far less time")
+      ->group("Placement");
+  command
+      .add_option("--overlaps", options.overlaps,
+                  "Voxels in several parts are those of the first one (priority), or end the job (refuse)")
+      ->check(CLI::IsMember({"priority", "refuse"}))
+      ->capture_default_str()
+      ->group("Placement");
+}
+
 void place_parts(const std::string& mesh, const PartOptions& options, v1::SliceJob& job) {
+  job.set_snap(options.snap);
+  if (options.overlaps == "refuse") job.set_overlaps(v1::PART_OVERLAPS_REFUSE);
   std::vector<std::vector<double>> places;
   for (const std::string& place : options.places) places.push_back(parse_numbers("--at", place, 3, 3));
   const v1::Placement placement = job.parts(0).placements(0);

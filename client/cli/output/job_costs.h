@@ -28,8 +28,8 @@ class JobCosts {
   /// `sliced`: what the sample's layers came to.
   void add(const LayerSample& sample, const client::SliceOutcome& sliced);
 
-  v1::JobCosts document() const;
-  std::string text() const;
+  v1::JobCosts document(const v1::SliceJob& job) const;
+  std::string text(const v1::SliceJob& job) const;
 
  private:
   client::SliceOutcome total_;  // Of the whole job.

@@ -33,6 +33,8 @@ client::SliceOutcome counts_of_entry(const v1::LayerEntry& layer) {
   counts.voxels_off_map = layer.voxels_off_map();
   counts.voxels_scaled_up = layer.voxels_scaled_up();
   counts.least_fraction_sum = layer.least_fraction_sum();
+  counts.parts = {layer.parts().begin(), layer.parts().end()};
+  counts.overlaps = {layer.overlaps().begin(), layer.overlaps().end()};
   for (const v1::StoredFile& plane : layer.planes()) counts.encoded_bytes += plane.file_bytes();
   return counts;
 }

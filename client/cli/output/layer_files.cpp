@@ -194,6 +194,8 @@ v1::LayerEntry LayerFiles::manifest_entry(const client::Layer& layer, const std:
     entry.set_voxels_scaled_up(statistics.voxels_scaled_up());
     entry.set_least_fraction_sum(statistics.least_fraction_sum());
   }
+  *entry.mutable_parts() = statistics.parts();
+  *entry.mutable_overlaps() = statistics.overlaps();
   for (std::size_t i = 0; i < layer.planes.size(); ++i) {
     v1::StoredFile& plane = *entry.add_planes() = stored(files[i]);
     plane.set_raw_bytes(layer.planes[i].result.raw_bytes());

@@ -87,10 +87,12 @@ void complete_manifest(const client::SliceOutcome& outcome, const v1::SliceJob& 
 
 void count_voxels(const client::SliceOutcome& counts, v1::Manifest& manifest) {
   set_voxel_counts(counts, manifest);
-  if (manifest.materials().empty()) return;
-  set_misfit_counts(counts, manifest);
   const auto& pitch_mm = manifest.grid().pitch_mm();
   const double voxel_cm3 = pitch_mm.size() == 3 ? pitch_mm[0] * pitch_mm[1] * pitch_mm[2] / 1000 : 0;
+  set_part_counts(manifest.slice_job(), counts, voxel_cm3, {manifest.materials().begin(), manifest.materials().end()},
+                  manifest);
+  if (manifest.materials().empty()) return;
+  set_misfit_counts(counts, manifest);
   for (int m = 0; m < manifest.materials_size(); ++m) {
     const auto index = static_cast<std::size_t>(m);
     const bool counted = index < counts.material_voxels.size();

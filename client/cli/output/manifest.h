@@ -6,9 +6,12 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "client/cli/base/messages.h"
 #include "client/cli/output/job_journal.h"
+#include "client/cli/output/part_amounts.h"
 #include "client/client.h"
 
 namespace ccslice::cli {
@@ -31,6 +34,16 @@ void set_voxel_counts(const client::SliceOutcome& counts, Document& document) {
   document.set_max_residual_mm(counts.max_residual_mm);
 }
 
+/// What each part has, and which parts overlap.
+template <class Document>
+void set_part_counts(const v1::SliceJob& job, const client::SliceOutcome& counts, double voxel_cm3,
+                     const std::vector<v1::MaterialVoxels>& materials, Document& document) {
+  document.clear_parts();
+  document.clear_overlaps();
+  for (v1::PartAmount& part : part_amounts(job, counts, voxel_cm3, materials)) *document.add_parts() = std::move(part);
+  for (v1::PartPair& pair : part_pairs(job, counts, voxel_cm3)) *document.add_overlaps() = std::move(pair);
+}
+
 /// Voxels whose values the material maps don't take as they are.
 template <class Document>
 void set_misfit_counts(const client::SliceOutcome& counts, Document& document) {
@@ -39,7 +52,7 @@ void set_misfit_counts(const client::SliceOutcome& counts, Document& document) {
   document.set_least_fraction_sum(counts.least_fraction_sum);
 }
 
-/// Sets the counts of all layers, those of each material too.
+/// Sets the counts of all layers, those of each material and part too.
 void count_voxels(const client::SliceOutcome& counts, v1::Manifest& manifest);
 
 /// Reads the text of a manifest.json. Returns what is wrong with it, as the rest of a sentence that its path begins;

@@ -37,16 +37,20 @@ std::string show_cm3(double cm3) {
   return number_text(cm3, kDigits) + " cm3";
 }
 
-std::string materials_text(const client::SliceOutcome& outcome) {
+std::string materials_text(const std::vector<v1::MaterialVoxels>& materials, std::uint64_t voxel_count) {
   constexpr int kDigits = 3;
-  const double all = static_cast<double>(std::max<std::uint64_t>(1, outcome.voxel_count));
+  const double all = static_cast<double>(std::max<std::uint64_t>(1, voxel_count));
   std::string text;
-  for (const v1::MaterialVoxels& material : materials_of(outcome)) {
+  for (const v1::MaterialVoxels& material : materials) {
     const double percent = 100 * static_cast<double>(material.voxel_count()) / all;
     text += (text.empty() ? "" : ", ") + echoed(material.name()) + " " + show_cm3(material.volume_cm3()) + " (" +
             number_text(percent, kDigits) + " %)";
   }
   return text;
+}
+
+std::string materials_text(const client::SliceOutcome& outcome) {
+  return materials_text(materials_of(outcome), outcome.voxel_count);
 }
 
 }  // namespace ccslice::cli

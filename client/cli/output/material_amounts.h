@@ -18,7 +18,9 @@ double cm3_of(std::uint64_t voxels, const client::SliceOutcome& outcome);
 std::string show_cm3(double cm3);
 /// In the printing's order; none if no plane shows materials.
 std::vector<v1::MaterialVoxels> materials_of(const client::SliceOutcome& outcome);
-/// Names, volumes and shares of all voxels inside, in one line.
+/// Names, volumes and shares of so many voxels inside, in one line.
+std::string materials_text(const std::vector<v1::MaterialVoxels>& materials, std::uint64_t voxel_count);
+/// The same of all that was sliced.
 std::string materials_text(const client::SliceOutcome& outcome);
 
 }  // namespace ccslice::cli

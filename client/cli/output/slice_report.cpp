@@ -14,6 +14,7 @@
 #include "client/cli/base/message_json.h"
 #include "client/cli/output/manifest.h"
 #include "client/cli/output/material_amounts.h"
+#include "client/cli/output/part_amounts.h"
 #include "core/base/echo.h"
 #include "core/base/number_text.h"
 
@@ -32,6 +33,7 @@ v1::SlicedLayers sliced_document(const std::string& output, const PlannedJob& jo
   set_voxel_counts(outcome, document);
   set_misfit_counts(outcome, document);
   for (v1::MaterialVoxels& material : materials_of(outcome)) *document.add_materials() = std::move(material);
+  set_part_counts(job.request.job(), outcome, cm3_of(1, outcome), materials_of(outcome), document);
   document.set_written_bytes(result.written_bytes);
   document.set_seconds(result.seconds);
   if (!result.contact_sheet.empty()) document.set_contact_sheet(result.contact_sheet);
@@ -77,6 +79,7 @@ void report_sliced(const Session& session, const std::string& output, const Plan
     if (const std::string materials = materials_text(outcome); !materials.empty()) {
       print_line("materials: " + materials);
     }
+    if (const std::string parts = part_amounts_text(job.request.job(), outcome); !parts.empty()) print_line(parts);
     if (outcome.voxels_cut > 0) print_line("cut out: " + show_cm3(cm3_of(outcome.voxels_cut, outcome)));
     if (!result.contact_sheet.empty()) print_line("contact sheet: " + result.contact_sheet);
     if (job.key.share) print_line(describe(*job.key.share) + "; ccslice join makes the job of all shares");
@@ -109,11 +112,10 @@ void report_complete(const Session& session, const std::string& output, const Pl
   print_line(show_count(job.layers(), "layer") + " -> " + output);
 }
 
-void warn_of_covered(const client::SliceOutcome& outcome) {
+void warn_of_covered(const v1::SliceJob& job, const client::SliceOutcome& outcome) {
   if (outcome.voxels_covered == 0) return;
-  print_note("warning: parts overlap in " + show_count(outcome.voxels_covered) +
-             " voxels, counted once for each part that lacks them: the part with the higher priority has them, or else "
-             "the first one. Move the parts apart if that isn't meant");
+  print_note("warning: parts overlap: " + part_pairs_text(job, outcome) +
+             ". Move them apart if that isn't meant; --overlaps refuse ends a job where they do");
 }
 
 void warn_of_materials(const client::SliceOutcome& outcome) {

@@ -38,8 +38,8 @@ std::string place_of(const std::string& output);
 void report_sliced(const Session& session, const std::string& output, const PlannedJob& job, const SliceResult& result);
 void report_complete(const Session& session, const std::string& output, const PlannedJob& job);
 
-/// Says how many voxels several parts share, if any.
-void warn_of_covered(const client::SliceOutcome& outcome);
+/// Says which parts share voxels, if any.
+void warn_of_covered(const v1::SliceJob& job, const client::SliceOutcome& outcome);
 
 /// Says which materials a job of all layers doesn't print.
 void warn_of_materials(const client::SliceOutcome& outcome);

@@ -43,7 +43,7 @@ _SAMPLE_TYPES = {
 
 Pitch = Union[float, Sequence[float]]
 Channels = Union[Iterable[str], Mapping[str, Any]]
-_OVERLAPS = {"count": job_pb2.PART_OVERLAPS_UNSPECIFIED, "refuse": job_pb2.PART_OVERLAPS_REFUSE}
+_OVERLAPS = {"priority": job_pb2.PART_OVERLAPS_UNSPECIFIED, "refuse": job_pb2.PART_OVERLAPS_REFUSE}
 Meshes = Union[Mesh, str, Sequence[Part], job_pb2.SliceJob]
 OnPreparation = Callable[[mesh_pb2.GetPreparationResponse], None]
 Result = TypeVar("Result")
@@ -258,7 +258,9 @@ class Client:
         contours: whether layers have their outlines. contours_by_cell_region: those of each cell region instead.
         printer: a printer's name. origin_mm, extent: of the grid.
         placement: (3, 4) or (4, 4) matrix, row by row; Parts have their own.
-        box_mm: ((x, y, z), (x, y, z)), only this box of it. overlaps: "count", or "refuse" voxels in several parts.
+        box_mm: ((x, y, z), (x, y, z)), only this box of it. overlaps: voxels in several parts are the first's
+            or those of the highest "priority", or are an error, "refuse".
+        snap: moves copies by up to half a voxel, to whole voxels from the first of their part, to compute them once.
         contour_tolerance_mm, channel_tolerance, prove_channels: as the command line has them.
         on_progress: called with the number of layers done and of all.
 
@@ -503,8 +505,9 @@ class Client:
              origin_mm: Any = None, extent: Any = None, box_mm: Any = None,
              contour_tolerance_mm: Optional[float] = None, channel_tolerance: Optional[float] = None,
              prove_channels: bool = False, outside: Optional[float] = None,
-             overlaps: str = "count", fields: Optional[Fields] = None, cut: str = "") -> job_pb2.SliceJob:
-        job = job_pb2.SliceJob(cut=cut)
+             overlaps: str = "priority", snap: bool = False, fields: Optional[Fields] = None,
+             cut: str = "") -> job_pb2.SliceJob:
+        job = job_pb2.SliceJob(cut=cut, snap=snap)
         add_fields(job, fields or {})
         if pitch is not None:
             size = job.grid.pitch

@@ -40,6 +40,8 @@ class Layer:
     least_fraction_sum: float = 0.0  # Of these.
     voxels_covered: int = 0  # In several parts.
     voxels_cut: int = 0  # Of parts, that the job cuts out.
+    part_voxels: List[int] = dataclasses.field(default_factory=list)  # What each of several parts has, with its copies,
+    part_material_voxels: List[List[int]] = dataclasses.field(default_factory=list)  # and of each material.
 
 
 def _sample_bytes(spec: job_pb2.PlaneSpec, columns: int, rows: int) -> int:
@@ -161,7 +163,9 @@ class Assembler:
         layer = Layer(end.layer, begin.z_mm, end.voxel_count, None, {}, None, None,
                       [np.array(loop).reshape(-1, 2) for loop in self._loops], list(end.statistics.material_voxels),
                       self._loop_regions, end.statistics.voxels_off_map, end.statistics.voxels_scaled_up,
-                      end.statistics.least_fraction_sum, end.statistics.voxels_covered, end.statistics.voxels_cut)
+                      end.statistics.least_fraction_sum, end.statistics.voxels_covered, end.statistics.voxels_cut,
+                      [part.voxel_count for part in end.statistics.parts],
+                      [list(part.material_voxels) for part in end.statistics.parts])
         for spec, chunks, size, result in zip(self._header.planes, self._chunks, begin.encoded_bytes, end.planes):
             encoded = chunks[0] if len(chunks) == 1 else b"".join(chunks)
             require_answer(len(encoded) == size, "a plane shorter or longer than announced")

@@ -3,17 +3,12 @@
 
 #include "core/interpolation/pieces/cell_node_store.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/interpolation/tiles/tile_trials.h"
 
 namespace ccslice {
-namespace {
-
-constexpr std::size_t kMostBytesOfJob = 48 << 20, kMostBytesOfStencils = 32 << 20;
-
-}  // namespace
-
 std::size_t CellNodes::memory_bytes() const {
   std::size_t bytes = sizeof(CellNodes) + nodes.capacity() * sizeof(CellNode);
   for (const CellNode& node : nodes) {
@@ -52,7 +47,7 @@ void CellNodeStore::set_memory(LimitCellId cell, const CellNodes& nodes) {
 
 std::shared_ptr<BlockStencils> CellNodeStore::stencils_of(const LimitSolid& solid) {
   std::call_once(stencils_made_,
-                 [&] { stencils_ = std::make_shared<BlockStencils>(solid.data(), kMostBytesOfStencils); });
+                 [&] { stencils_ = std::make_shared<BlockStencils>(solid.data(), most_bytes_of_stencils_); });
   return stencils_;
 }
 
@@ -88,8 +83,14 @@ void CellNodeStore::forget_beyond_most() {
   }
 }
 
-std::shared_ptr<CellNodeStore> make_cell_node_store(std::optional<bool> tiles_fit) {
-  return std::make_shared<CellNodeStore>(kMostBytesOfJob, tiles_fit);
+NodeStoreBytes bytes_of_store(std::size_t stores) {
+  constexpr std::size_t kPiecesOfJob = 48 << 20, kLeast = 4 << 20;
+  return {std::max(kPiecesOfJob / stores, kLeast), std::max(CellNodeStore::kMostBytesOfStencils / stores, kLeast)};
+}
+
+std::shared_ptr<CellNodeStore> make_cell_node_store(std::optional<bool> tiles_fit, std::size_t stores) {
+  const NodeStoreBytes most = bytes_of_store(stores);
+  return std::make_shared<CellNodeStore>(most.pieces, tiles_fit, most.stencils);
 }
 
 }  // namespace ccslice

@@ -33,10 +33,13 @@ struct CellNodes {
 /// Safe to call from many threads.
 class CellNodeStore {
  public:
+  static constexpr std::size_t kMostBytesOfStencils = 32 << 20;
+
   /// `most_bytes`: beyond, the cells that were asked for longest ago are forgotten. `tiles_fit`: do_tiles_fit() of the
   /// job, if that is known.
-  explicit CellNodeStore(std::size_t most_bytes, std::optional<bool> tiles_fit = {})
-      : tiles_fit_(tiles_fit), most_bytes_(most_bytes) {}
+  explicit CellNodeStore(std::size_t most_bytes, std::optional<bool> tiles_fit = {},
+                         std::size_t most_bytes_of_stencils = kMostBytesOfStencils)
+      : tiles_fit_(tiles_fit), most_bytes_(most_bytes), most_bytes_of_stencils_(most_bytes_of_stencils) {}
 
   /// A cell that isn't kept starts as a single unknown node. `bounds`: hold the cell, in voxels.
   [[nodiscard]] std::shared_ptr<CellNodes> nodes_of(LimitCellId cell, const Box3& bounds);
@@ -74,14 +77,21 @@ class CellNodeStore {
   std::once_flag tiles_tried_;
   std::optional<bool> tiles_fit_;
   std::atomic<std::int64_t> awaited_layer_ = kNotBegun;
-  const std::size_t most_bytes_;
+  const std::size_t most_bytes_, most_bytes_of_stencils_;
   mutable std::mutex mutex_;  // Guards what follows.
   std::size_t bytes_ = 0;
   std::list<Kept> kept_;  // Those asked for last come first.
   std::unordered_map<std::uint32_t, std::list<Kept>::iterator> by_cell_;
 };
 
-/// A store with room for what a few slabs of a job need.
-[[nodiscard]] std::shared_ptr<CellNodeStore> make_cell_node_store(std::optional<bool> tiles_fit = {});
+/// What the stores of a job hold at most, each of so many: pieces of a few slabs, and stencils.
+struct NodeStoreBytes {
+  std::size_t pieces = 0, stencils = 0;
+};
+[[nodiscard]] NodeStoreBytes bytes_of_store(std::size_t stores);
+
+/// One of so many stores of a job.
+[[nodiscard]] std::shared_ptr<CellNodeStore> make_cell_node_store(std::optional<bool> tiles_fit = {},
+                                                                  std::size_t stores = 1);
 
 }  // namespace ccslice

@@ -357,7 +357,19 @@ v1::LayerStatistics to_message(const LayerStats& value) {
   message.set_least_fraction_sum(value.least_fraction_sum);
   message.set_voxels_covered(value.voxels_covered);
   message.set_voxels_cut(value.voxels_cut);
-  for (const std::uint64_t voxels : value.material_voxels) message.add_material_voxels(voxels);
+  message.mutable_material_voxels()->Assign(value.material_voxels.begin(), value.material_voxels.end());
+  for (const PartVoxels& part : value.parts) {
+    v1::PartVoxels& added = *message.add_parts();
+    added.set_voxel_count(part.voxels);
+    added.mutable_material_voxels()->Assign(part.material_voxels.begin(), part.material_voxels.end());
+  }
+  for (const PartOverlap& overlap : value.overlaps) {
+    v1::PartOverlap& added = *message.add_overlaps();
+    added.set_owner(overlap.owner);
+    added.set_covered(overlap.covered);
+    added.set_voxel_count(overlap.voxels);
+    *added.mutable_place_mm() = to_message(overlap.place_mm);
+  }
   return message;
 }
 

@@ -172,6 +172,7 @@ SliceJob job_of_part(const v1::SliceJob& message, int part, const LimitSolid& so
   if (tolerances.has_channel()) job.channel_tolerance = tolerances.channel();
   job.prove_channels = tolerances.prove_channels();
   job.refuses_overlaps = message.overlaps() == v1::PART_OVERLAPS_REFUSE;
+  job.snap_copies = message.snap();
   return job;
 }
 
@@ -274,7 +275,7 @@ class SourcesOfJob {
 };
 
 PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::shared_ptr<const LimitSolid>> solids,
-                            const SliceLimits& limits, const CancellationToken& cancel) {
+                            const SliceLimits& limits, const CancellationToken& cancel, SnappedCopies* snapped) {
   require_known_overlaps(message);
   PlacedParts parts;
   std::vector<std::size_t> first_of;  // By part: its first copy.
@@ -289,16 +290,19 @@ PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::sh
     part.solid = solid;
     part.priority = message.parts(p).priority();
     part.is_copy = k > 0;
-    if (message.parts(p).placements().empty()) {
-      box.extend(boxes(part, cancel));
-      continue;
-    }
+    if (message.parts(p).placements().empty()) continue;
     const Renamed names = {{"placement", path_of_part(p) + ".placements[" + std::to_string(k) + "]"}};
     part.job.placement = renaming(names, naming(message, p), [&] {
       return to_placement(message.parts(p).placements(k), solid->summary().bounding_box, limits);
     });
-    box.extend(boxes(part, cancel));
   }
+  if (message.snap()) {
+    const VoxelPitch pitch = grid_request_of(message).pitch;
+    validate_pitch(pitch, limits);
+    const SnappedCopies moved = snap_copies(parts, pitch);
+    if (snapped != nullptr) *snapped = moved;
+  }
+  for (const PlacedPart& part : parts) box.extend(boxes(part, cancel));
   const Grid grid = to_grid(message, box, limits);
   std::optional<VoxelBox> region;
   if (message.has_region()) region = to_region(message.region(), grid);
@@ -381,9 +385,9 @@ std::vector<PartPlace> part_places(const v1::SliceJob& job) {
 
 PlacedParts to_placed_parts(const v1::SliceJob& message, const std::string& path,
                             std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
-                            const CancellationToken& cancel) {
+                            const CancellationToken& cancel, SnappedCopies* snapped) {
   return at_job(path, [&] {
-    PlacedParts parts = to_parts_of_job(message, solids, limits, cancel);
+    PlacedParts parts = to_parts_of_job(message, solids, limits, cancel, snapped);
     if (parts.size() > 1) require_region_numbers(parts);
     return parts;
   });

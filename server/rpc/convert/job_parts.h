@@ -14,6 +14,7 @@
 
 #include "ccslice/v1/job.pb.h"
 #include "core/base/cancellation.h"
+#include "core/job/copies.h"
 #include "core/job/placed_part.h"
 #include "core/job/slice_limits.h"
 #include "core/limit/limit_solid.h"
@@ -40,10 +41,11 @@ std::vector<PartPlace> part_places(const v1::SliceJob& job);
 
 /// The placed parts of the job at `path` of a request, in the order of part_places(), valid and within the limits.
 /// `solids`: of the parts. Throws Error (2xx), ServiceError{kRequestMalformed, kPrinterUnknown, kPrinterInvalid}. Takes
-/// a while for large meshes: throws Error{kCancelled}. REQUIRES: mesh_ids_of() passes.
+/// a while for large meshes: throws Error{kCancelled}. `snapped`: takes what SliceJob.snap moves. REQUIRES:
+/// mesh_ids_of() passes.
 PlacedParts to_placed_parts(const v1::SliceJob& message, const std::string& path,
                             std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
-                            const CancellationToken& cancel);
+                            const CancellationToken& cancel, SnappedCopies* snapped = nullptr);
 
 /// What is printed, with defaults filled in, but for what parts have of their own. REQUIRES: to_placed_parts() made
 /// `parts` of the message; it has printing.

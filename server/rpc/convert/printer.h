@@ -19,16 +19,22 @@ PrinterProfile to_printer(const v1::PrinterProfile& message);
 
 v1::PrinterProfile to_message(const PrinterProfile& value);
 
-/// The grid of a job or of a halftone, with the printer's pitch unless it has one of its own. `part_box`: of all that
-/// is placed. Throws as to_printer(), and what plan_grid() and to_grid_request() throw.
+/// What a job or a halftone asks for of its grid, with the printer's pitch unless it has one of its own. Throws as
+/// to_printer() and to_grid_request().
 template <typename Message>
-Grid to_grid(const Message& message, const Box3& part_box, const SliceLimits& limits) {
+GridRequest grid_request_of(const Message& message) {
   v1::GridSpec grid = message.grid();
   if (message.has_printer()) {
     const v1::VoxelPitch pitch = to_message(to_printer(message.printer())).pitch();
     if (!grid.has_pitch()) *grid.mutable_pitch() = pitch;
   }
-  return plan_grid(part_box, to_grid_request(grid), limits);
+  return to_grid_request(grid);
+}
+
+/// Its grid. `part_box`: of all that is placed. Throws as grid_request_of(), and what plan_grid() throws.
+template <typename Message>
+Grid to_grid(const Message& message, const Box3& part_box, const SliceLimits& limits) {
+  return plan_grid(part_box, grid_request_of(message), limits);
 }
 
 /// Too many materials, too few layers, a part larger than the tray, another pitch than the printer's.

@@ -390,10 +390,16 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request,
                                    const CancellationToken& cancel) {
   v1::SliceJob message = request.job();
   if (message.planes().empty()) message.mutable_contours();  // A job of nothing would be refused; a plan of it is fine.
-  const PlacedParts parts = to_placed_parts(message, kJobPath, solids, limits, cancel);
+  SnappedCopies snapped;
+  const PlacedParts parts = to_placed_parts(message, kJobPath, solids, limits, cancel, &snapped);
   const SliceJob& job = parts.front().job;
 
   v1::PlanSlicesResponse plan;
+  if (message.snap()) {
+    plan.mutable_snapped()->set_copies(static_cast<std::uint32_t>(snapped.copies));
+    *plan.mutable_snapped()->mutable_most_mm() = to_message(snapped.most_mm);
+    plan.mutable_snapped()->set_computed(static_cast<std::uint32_t>(copy_groups(parts).size()));
+  }
   *plan.mutable_grid() = to_message(job.grid);
   *plan.mutable_size_mm() = to_message(Vec3(grid_box(job.grid).sizes()));
   const VoxelBox region = region_of(job);

@@ -47,7 +47,7 @@ TEST(JobCosts, CountSamplesAsOftenAsLayersThatTheyStandFor) {
   JobCosts costs;
   costs.add({0, 2, 10}, outcome(400));
   costs.add({10, 5, 5}, outcome(1000));
-  const v1::JobCosts document = costs.document();
+  const v1::JobCosts document = costs.document({});
   EXPECT_EQ(document.sampled_layers(), 7u);
   EXPECT_EQ(document.voxel_count(), 3000u);
   EXPECT_DOUBLE_EQ(document.volume_cm3(), 0.003);
@@ -56,7 +56,7 @@ TEST(JobCosts, CountSamplesAsOftenAsLayersThatTheyStandFor) {
   EXPECT_EQ(document.materials(0).name(), "hard");
   EXPECT_EQ(document.materials(0).voxel_count(), 750u);
   EXPECT_DOUBLE_EQ(document.materials(1).volume_cm3(), 0.00225);
-  EXPECT_EQ(costs.text(),
+  EXPECT_EQ(costs.text({}),
             "\n  costs      about 0.003 cm3 and 30.0 kB, from 7 of 15 layers"
             "\n  materials  hard 0.00075 cm3 (25 %), soft 0.00225 cm3 (75 %)");
 }

@@ -310,6 +310,11 @@ class Values(unittest.TestCase):
         self.assertEqual(layer.voxels_covered, 5 * layer.occupancy.shape[0])
         with self.assertRaisesRegex(ccslice.CallError, "part 2.*part 1"):
             next(self.client.slice(first, 1, overlaps="refuse"))
+        self.assertEqual(layer.part_voxels, [10 * layer.occupancy.shape[0], 5 * layer.occupancy.shape[0]])
+        snapped = [ccslice.Part(self.mesh, placements=[moved(0), moved(20.25)])]
+        layer = next(self.client.slice(snapped, 1, channels=["g"], snap=True))
+        self.assertEqual(layer.channels["g"].shape[1], 30)
+        np.testing.assert_array_equal(layer.channels["g"][:, 20:], layer.channels["g"][:, :10])
         with self.assertRaisesRegex(ValueError, "overlaps is one of"):
             self.client.plan(first, 1, overlaps="never")
         with self.assertRaisesRegex(ValueError, "give printing"):
