@@ -11,7 +11,7 @@
 #   asan      the tests of the stages of the core, most of which .ci/run leaves out, and all of server and client,
 #             ccsliced included, under AddressSanitizer and UndefinedBehaviorSanitizer
 #   tsan      core and server/service under ThreadSanitizer
-#   load      what the server stands (tests/bench/load_bench.py)
+#   load      what the server stands (tests/bench/load_bench.py), and a part of a tray (tray_bench.py)
 #   browser   the page of ccslice view in a browser, and how soon it shows something
 #   plugins   Blender's and FreeCAD's, in the real ones
 #   deploy    proxies, rolling restarts and the farm with the real programs, the long way
@@ -180,6 +180,7 @@ if wants tests || wants jobs || wants meshes || wants load || wants browser || w
         --json "$reports/load_clients.json" || true
       run "load: the rest" tests/bench/load_bench.py --without clients --seconds "$load_seconds" \
         --json "$reports/load.json" || true
+      run "load: a tray" tests/bench/tray_bench.py --every 57 --json "$reports/tray.json" || true
     fi
     ! wants browser || run "the page in a browser" browser || true
     ! wants plugins || run "plug-ins in their hosts" plugins || true

@@ -13,12 +13,12 @@ namespace ccslice {
 namespace {
 
 constexpr double kAcceptMm = 1e-6;
-constexpr std::size_t kPatchCacheBytes = 8 << 20;  // What the patches of a slab's cells take, or most of them.
-
 class InvertedField final : public MaterialField {
  public:
-  InvertedField(std::shared_ptr<const LimitSolid> solid, const Placement& placement, double outside_mm)
+  InvertedField(std::shared_ptr<const LimitSolid> solid, const Placement& placement, double outside_mm,
+                std::size_t patch_bytes)
       : solid_(std::move(solid)),
+        patch_bytes_(patch_bytes),
         mesh_of_world_(placement.inverse(Eigen::Affine)),
         scales_(Eigen::JacobiSVD<Mat3>(placement.linear()).singularValues()),
         inverter_(*solid_, options(outside_mm)),
@@ -52,7 +52,7 @@ class InvertedField final : public MaterialField {
 
   InversionOptions options(double outside_mm) const {
     InversionOptions result = inversion_options_of(scales_, outside_mm);
-    result.patch_cache_bytes = kPatchCacheBytes;
+    result.patch_cache_bytes = patch_bytes_;
     return result;
   }
 
@@ -68,6 +68,7 @@ class InvertedField final : public MaterialField {
   }
 
   std::shared_ptr<const LimitSolid> solid_;
+  std::size_t patch_bytes_;
   Placement mesh_of_world_;
   Vec3 scales_;  // Singular values of the placement, largest first.
   PointInverter inverter_;
@@ -102,8 +103,8 @@ InversionOptions inversion_options_of(const Vec3& scales, double outside_mm) {
 }
 
 std::unique_ptr<MaterialField> make_material_field(std::shared_ptr<const LimitSolid> solid, const Placement& placement,
-                                                   double outside_mm) {
-  return std::make_unique<InvertedField>(std::move(solid), placement, outside_mm);
+                                                   double outside_mm, std::size_t patch_bytes) {
+  return std::make_unique<InvertedField>(std::move(solid), placement, outside_mm, patch_bytes);
 }
 
 }  // namespace ccslice

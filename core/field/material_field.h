@@ -47,8 +47,10 @@ class MaterialField {
 /// The real one. A point inside is accepted within 1e-6 mm, less in small cells (acceptance.h), and a point that the
 /// contours' tolerance puts inside although it is `outside_mm` off the limit volume still gets a parameter; both are
 /// world lengths. Residuals are |placement's largest scale| * the mesh frame's: exact for rotations and uniform scales,
-/// an upper bound for the rest. REQUIRES: placement passes validate_placement().
+/// an upper bound for the rest. `patch_bytes`: that it keeps at most, for speed; the patches of a slab's cells take
+/// about the default. REQUIRES: placement passes validate_placement().
 [[nodiscard]] std::unique_ptr<MaterialField> make_material_field(std::shared_ptr<const LimitSolid> solid,
-                                                                 const Placement& placement, double outside_mm);
+                                                                 const Placement& placement, double outside_mm,
+                                                                 std::size_t patch_bytes = 8 << 20);
 
 }  // namespace ccslice

@@ -13,6 +13,7 @@
 #include "core/field/material_pass.h"
 #include "core/field/source_pass.h"
 #include "core/interpolation/pieces/cell_node_store.h"
+#include "core/interpolation/samples/voxel_blocks.h"
 #include "core/interpolation/slab_materials.h"
 #include "core/interpolation/tiles/tile_trials.h"
 #include "core/raster/occupancy.h"
@@ -74,6 +75,7 @@ struct PartPainter::Shared {
   SliceJob job;                    // Of the whole grid, if several parts share it:
   std::optional<CopyGroup> group;  // these.
   LayerWindow region;              // What is asked for.
+  std::size_t groups;              // Of the job.
   std::shared_ptr<const ContourIndex> contour_index;
   std::shared_ptr<const HalftonePlan> halftone;  // Present if the job shows materials.
   std::shared_ptr<CellNodeStore> pieces;
@@ -114,11 +116,13 @@ struct PartPainter::State {
     planes.reserve(most);
     if (shared->halftone) halftone.emplace(*shared->halftone, std::size_t{most.columns} * most.rows);
     if (!planes.need_solid()) return;
-    field = make_material_field(shared->solid, job.placement, outside_mm_of(job));
+    field =
+        make_material_field(shared->solid, job.placement, outside_mm_of(job), VoxelBlocks::patch_bytes(shared->groups));
     if (job.channel_tolerance == 0) {
       materials.emplace(*field);
     } else {
-      const InterpolationSpec spec = interpolation_spec_of(job, shared->solid->summary().channels);
+      InterpolationSpec spec = interpolation_spec_of(job, shared->solid->summary().channels);
+      spec.solids = shared->groups;
       slabs.emplace(shared->solid, *field, spec, shared->pieces, scope.rows);
     }
   }
@@ -314,6 +318,7 @@ std::shared_ptr<const PartPainter::Shared> PartPainter::share(const PlacedParts&
                 job,
                 std::nullopt,
                 region_of(job).window(),
+                groups,
                 std::move(index),
                 std::move(halftone),
                 make_cell_node_store(tiles_fit, groups)};

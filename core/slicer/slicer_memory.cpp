@@ -49,7 +49,7 @@ constexpr double kGrowth = 2, kGrowthOfPieces = 1.5;
 // What codecs, inverters and fitters keep at most, whatever the job.
 constexpr double kCodecs = 4 * kMiB;
 constexpr double kPartsOfInverter = 5 * kMiB;  // Where the solid folds, or parts of it overlap.
-constexpr double kLines = 8 * kMiB, kLinesOfCell = 5.4 * 1024;
+constexpr double kLinesOfCell = 5.4 * 1024;
 constexpr double kStencilsOfCell = 10.8 * 1024;
 
 // Of contours: points are there as crossings, between them, and in loops.
@@ -291,7 +291,8 @@ SlicerMemory memory_of_part(const PlacedPart& part, std::size_t copies, std::siz
          slicer = source_bytes(job) + painted_bytes(job, window) + cut_bytes(job, window);
   slicer += contour_bytes(boundary, job, scope, interpolates ? kSlabLayers : 1);
   if (copies > 1) slicer += kGrowth * static_cast<double>(copies) * shape_bytes(boundary, job, scope);
-  if (channels > 0) slicer += patches_of(*solid, VoxelBlocks::kPatchBytes);  // Of the inverter.
+  const std::size_t patch_bytes = VoxelBlocks::patch_bytes(painters);
+  if (channels > 0) slicer += patches_of(*solid, patch_bytes);  // Of the inverter.
   std::optional<bool> tiles_fit;
   const CellIndex& index = solid->index();
   if (channels > 0 && index.fold_boxes.size() + index.overlap_boxes.size() > 0) slicer += kPartsOfInverter;
@@ -305,7 +306,8 @@ SlicerMemory memory_of_part(const PlacedPart& part, std::size_t copies, std::siz
     const NodeStoreBytes most = bytes_of_store(painters);
     shared += std::max(std::min(static_cast<double>(most.pieces), all_piece_bytes) - slab_bytes, 0.0);
     shared += std::min(static_cast<double>(most.stencils), irregular * kStencilsOfCell);
-    slicer += patches_of(*solid, VoxelBlocks::kPatchBytes) + std::min(kLines, irregular * kLinesOfCell);
+    const auto line_bytes = static_cast<double>(VoxelBlocks::line_bytes(painters));
+    slicer += patches_of(*solid, patch_bytes) + std::min(line_bytes, irregular * kLinesOfCell);
     slicer += slab_bytes + cells.pieces * slab_piece_bytes(channels);
     slicer += kGrowthOfPieces * cells.runs * (kRunBytes + sizeof(ScannedRun) / double{kSlabLayers});
     slicer += particle_bytes(channels);

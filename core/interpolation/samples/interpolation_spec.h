@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -26,7 +27,8 @@ struct InterpolationSpec {
   std::vector<ChannelTolerance> channels;
   double outside_mm =
       0;  // Voxels inside the contours may lie this far off the solid: they take what its boundary has there.
-  bool proved = false;  // Nothing is painted by polynomials whose errors are judged by samples.
+  bool proved = false;     // Nothing is painted by polynomials whose errors are judged by samples.
+  std::size_t solids = 1;  // That threads interpolate in turn: what each keeps for speed has a share of the memory.
 };
 
 }  // namespace ccslice

@@ -27,7 +27,6 @@ constexpr int kLevelsBelowSquares = 18, kMostLevels = 48;  // What is left then 
 constexpr double kSmallPart = 0.2;                         // Of a square.
 constexpr double kNothing = 1e-9;                          // Of the largest residual, where cross approximation ends,
 constexpr double kRounding = 1e-13;                        // or in all.
-constexpr std::size_t kMostBytesOfLines = 8 << 20;
 
 /// Lagrange's polynomials of degree 4, at equidistant nodes from 0 to 1.
 AlongNodes lagrange(double at) {
@@ -324,8 +323,8 @@ std::size_t PlanarResiduals::memory_bytes() const noexcept {
          parts_.size() * (sizeof(Part) + count() * sizeof(double));
 }
 
-LineResiduals::LineResiduals(const LimitSolid::Data& data, std::vector<std::uint32_t> channels)
-    : data_(data), channels_(std::move(channels)), builder_(data, data.dimension) {}
+LineResiduals::LineResiduals(const LimitSolid::Data& data, std::vector<std::uint32_t> channels, std::size_t most_bytes)
+    : data_(data), channels_(std::move(channels)), builder_(data, data.dimension), most_bytes_(most_bytes) {}
 
 bool LineResiduals::find(LimitCellId cell, const ParamBox& box, BlockResiduals& residuals) {
   const std::optional<LineBox> line_box = find_line_box(data_, cell, box);
@@ -396,7 +395,7 @@ std::shared_ptr<const PlanarResiduals> LineResiduals::planar(std::uint32_t op, c
 
 void LineResiduals::forget_beyond_most(std::size_t bytes) {
   bytes_ += bytes;
-  if (bytes_ <= kMostBytesOfLines) return;
+  if (bytes_ <= most_bytes_) return;
   known_.clear();
   planar_.clear();
   bytes_ = bytes;

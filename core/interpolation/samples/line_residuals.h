@@ -120,8 +120,8 @@ struct BlockResiduals {
 /// One thread. What is made for a box is kept as far as memory allows; results don't depend on it.
 class LineResiduals {
  public:
-  /// REQUIRES: data outlives this.
-  LineResiduals(const LimitSolid::Data& data, std::vector<std::uint32_t> channels);
+  /// `most_bytes`: of what is kept, about. REQUIRES: data outlives this.
+  LineResiduals(const LimitSolid::Data& data, std::vector<std::uint32_t> channels, std::size_t most_bytes = 8 << 20);
 
   /// False if the box doesn't lie in one line (sub-)cell, or is too thin.
   bool find(LimitCellId cell, const ParamBox& box, BlockResiduals& residuals);
@@ -142,6 +142,7 @@ class LineResiduals {
   PatchBuilder builder_;
   std::map<Key, Known> known_;
   std::map<Key, std::shared_ptr<const PlanarResiduals>> planar_;
+  const std::size_t most_bytes_;
   std::size_t bytes_ = 0;
 };
 

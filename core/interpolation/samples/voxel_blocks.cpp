@@ -42,10 +42,10 @@ Box3 grown(const Box3& voxels, double share) {
 VoxelBlocks::VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec,
                          std::shared_ptr<BlockStencils> stencils)
     : voxel_of_mesh_(voxel_of_mesh(spec.placement, spec.grid)),
-      evaluator_(std::make_unique<LimitEvaluator>(solid, kPatchBytes)),
+      evaluator_(std::make_unique<LimitEvaluator>(solid, patch_bytes(spec.solids))),
       sampler_(*evaluator_, channel_ids(spec.channels), std::move(stencils)),
       brick_sampler_(solid, channel_ids(spec.channels)),
-      residuals_(solid.data(), channel_ids(spec.channels)) {}
+      residuals_(solid.data(), channel_ids(spec.channels), line_bytes(spec.solids)) {}
 
 bool VoxelBlocks::is_beside_line(LimitCellId cell, const ParamBox& box) const {
   return find_line_box(evaluator_->solid().data(), cell, box).has_value();

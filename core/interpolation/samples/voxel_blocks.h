@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -35,7 +36,9 @@ Box3 grown(const Box3& voxels, double share);
 /// One thread.
 class VoxelBlocks {
  public:
-  static constexpr std::size_t kPatchBytes = 8 << 20;  // Of its evaluator's patches, at most.
+  /// What it keeps at most: of its evaluator's patches, and of lines' residuals.
+  static constexpr std::size_t patch_bytes(std::size_t solids) { return share_of(kMostPatchBytes, solids); }
+  static constexpr std::size_t line_bytes(std::size_t solids) { return share_of(kMostLineBytes, solids); }
 
   /// `stencils`: of the solid, or its own.
   VoxelBlocks(const LimitSolid& solid, const InterpolationSpec& spec,
@@ -58,6 +61,11 @@ class VoxelBlocks {
   bool find_residuals(LimitCellId cell, const ParamBox& box, BlockResiduals& residuals);
 
  private:
+  static constexpr std::size_t kMostPatchBytes = 8 << 20, kMostLineBytes = 8 << 20, kLeastBytes = 1 << 20;
+  static constexpr std::size_t share_of(std::size_t bytes, std::size_t solids) {
+    return std::max(bytes / solids, kLeastBytes);
+  }
+
   void place(std::size_t groups, BlockPlacesInVoxels& places) const;
 
   const Placement voxel_of_mesh_;

@@ -114,6 +114,27 @@ TEST(SlicerMemory, CountsTheEncodingOfManyCopiesOnce) {
   EXPECT_LT(bytes_of(65) - bytes_of(1), 64 * (bytes_of(1) - kCodecs));
 }
 
+TEST(SlicerMemory, GrowsByLittleWithCopiesThatAreComputedOnce) {
+  const Solid coyote = prepare_solid(make_coyote());
+  const auto copies = [&](std::size_t count) {
+    SliceJob job = job_of(coyote, pitch_for(coyote, 60));
+    job.snap_copies = true;
+    job.grid.extent.columns *= 20;
+    job.grid.extent.rows *= 10;
+    PlacedParts parts;
+    for (std::size_t p = 0; p < count; ++p) {
+      PlacedPart& part = parts.emplace_back(PlacedPart{"", coyote, job, 0, p > 0});
+      const VoxelPitch& pitch = job.grid.pitch;
+      const double column = 65.0 * static_cast<double>(p % 15), row = 75.0 * static_cast<double>(p / 15);
+      part.job.placement.pretranslate(Vec3(column * pitch.x_mm, row * pitch.y_mm, 0));
+    }
+    return parts;
+  };
+  expect_enough("many coyotes", copies(60));
+  const auto told = [&](std::size_t count) { return slicer_memory(copies(count)).slicer_bytes; };
+  EXPECT_LE(told(60) - told(10), 50u << 20) << "a mebibyte a copy";
+}
+
 TEST(SlicerMemory, CountsTheRowsOfSources) {
   const Solid box = prepare_solid(make_box({.cells_x = 1, .cells_y = 1, .cells_z = 1}));
   SliceJob job = job_of(box, pitch_for(box, 100));

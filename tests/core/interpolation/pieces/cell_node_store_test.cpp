@@ -21,6 +21,14 @@
 namespace ccslice {
 namespace {
 
+TEST(CellNodeStore, SharesTheRoomOfAJobWithOthersDownToALeast) {
+  const NodeStoreBytes alone = bytes_of_store(1), of_four = bytes_of_store(4), of_many = bytes_of_store(1000);
+  EXPECT_EQ(of_four.pieces, alone.pieces / 4);
+  EXPECT_EQ(of_four.stencils, alone.stencils / 4);
+  EXPECT_EQ(of_many.pieces, of_many.stencils);
+  EXPECT_GE(of_many.pieces, 1u << 20);
+}
+
 const Box3 kCellBounds(Vec3::Zero(), Vec3::Ones());
 
 TEST(CellNodeStore, KeepsCellsAsTheyAreLeft) {
