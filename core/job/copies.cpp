@@ -63,25 +63,27 @@ bool follow_part(const ChannelSources& sources) {
 }  // namespace
 
 SnappedCopies snap_copies(PlacedParts& parts, const VoxelPitch& pitch) {
-  constexpr double kAlike = 1e-6, kMovedMm = 1e-6;
+  constexpr double kAlikeMm = 1e-4, kMovedMm = 1e-6;
   const Vec3 step = steps_of(pitch);
   SnappedCopies snapped;
   std::vector<const Placement*> firsts;  // Of the part at hand: one for each way that copies lie.
   for (PlacedPart& part : parts) {
     if (!part.is_copy) firsts.clear();
     Placement& placement = part.job.placement;
+    const Box3& box = part.solid->summary().bounding_box;
     const auto first = std::ranges::find_if(firsts, [&](const Placement* other) {
-      return (other->linear() - placement.linear()).cwiseAbs().maxCoeff() < kAlike;
+      const Mat3 apart = other->linear() - placement.linear();
+      return (apart.cwiseAbs() * (0.5 * box.sizes())).maxCoeff() < kAlikeMm;
     });
     if (first == firsts.end()) {
       firsts.push_back(&placement);
       continue;
     }
-    const Vec3 from = (*first)->translation(), to = placement.translation();
+    const Vec3 from = **first * box.center(), to = placement * box.center();
     const Vec3 voxels = (to - from).cwiseQuotient(step).array().round();
     placement.linear() = (*first)->linear();
-    placement.translation() = from + voxels.cwiseProduct(step);
-    const Vec3 moved = (placement.translation() - to).cwiseAbs();
+    placement.translation() = (*first)->translation() + voxels.cwiseProduct(step);
+    const Vec3 moved = (placement * box.center() - to).cwiseAbs();
     if (moved.maxCoeff() > kMovedMm) ++snapped.copies;
     snapped.most_mm = snapped.most_mm.cwiseMax(moved);
   }

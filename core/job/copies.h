@@ -17,14 +17,15 @@
 
 namespace ccslice {
 
-/// What snap_copies() moved.
+/// The copies that snap_copies() moved.
 struct SnappedCopies {
   std::size_t copies = 0;       // Those moved by more than a nanometre.
   Vec3 most_mm = Vec3::Zero();  // The longest way along each axis.
 };
 
 /// Moves copies so that those which lie alike are whole voxels and layers from the first of them, by at most half a
-/// voxel along each axis. Copies turned and sized within a millionth of another one lie as that one does.
+/// voxel along each axis. Copies turned and sized nearly alike, so that no corner of the part's box is farther than a
+/// tenth of a micrometre from where it is without, lie as the first of them does.
 SnappedCopies snap_copies(PlacedParts& parts, const VoxelPitch& pitch);
 
 /// Whole columns and rows of the grid, along x and y.

@@ -82,6 +82,7 @@ void LayerComposer::start(std::uint32_t layer, const LayerWindow& window) {
     layer_.stats.parts.assign(numbers_.back() + 1, {0, layer_.stats.material_voxels});
   }
   only_.reset();
+  is_cleared_ = false;
   owners_.clear();
   regions_.clear();
 }
@@ -130,11 +131,15 @@ void LayerComposer::add_stats(const PaintedPart& painted) {
   }
 }
 
+/// Before the first samples of a layer, or in place of them.
+void LayerComposer::clear_samples(const CancellationToken& cancel) {
+  if (std::exchange(is_cleared_, true)) return;
+  for (ContonePlane& plane : channels_) plane.clear(window_.columns, window_.rows, cancel);
+  if (shows_materials(job_)) materials_.assign(std::size_t{window_.columns} * window_.rows, 0);
+}
+
 void LayerComposer::add_samples(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel) {
-  if (part == order_.front()) {
-    for (ContonePlane& plane : channels_) plane.clear(window_.columns, window_.rows, cancel);
-    if (shows_materials(job_)) materials_.assign(std::size_t{window_.columns} * window_.rows, 0);
-  }
+  clear_samples(cancel);
   cancel.throw_if_cancelled();
   const auto owned = owners_.add(part, painted.shape->spans, [&](const OwnedRun& run) { note_covered(part, run); });
   count_owned(part, painted, owned);
@@ -221,7 +226,16 @@ Layer LayerComposer::finish(const CancellationToken& cancel) {
         {only_->window, only_->shape->spans, only_->shape->regions, only_->planes, only_->materials.indices}, cancel);
     return std::move(layer_);
   }
-  inside_.assign(owners_.runs().begin(), owners_.runs().end());
+  clear_samples(cancel);
+  inside_.clear();
+  for (const OwnedRun& run : owners_.runs()) {
+    const bool goes_on = !inside_.empty() && inside_.back().row == run.row && inside_.back().end == run.begin;
+    if (goes_on) {
+      inside_.back().end = run.end;
+    } else {
+      inside_.push_back(run);
+    }
+  }
   layer_.planes = encode({window_, inside_, regions_, channels_, materials_}, cancel);
   return std::move(layer_);
 }

@@ -61,10 +61,10 @@ class LayerComposer {
 
   /// Forgets all: a layer of which nothing is known. `window`: that of all parts.
   void start(std::uint32_t layer, const LayerWindow& window);
-  /// `painted`: of the part numbered `part`, in the layer. REQUIRES: parts come in order(); a job's only part stays
-  /// painted until finish(). Throws Error{kCancelled, kPartsOverlap}.
+  /// `painted`: of the part numbered `part`, in the layer. REQUIRES: parts come in order(); a job's only part is added,
+  /// and stays painted until finish(). Throws Error{kCancelled, kPartsOverlap}.
   void add(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel);
-  /// REQUIRES: all parts were added. Throws Error{kCancelled}.
+  /// REQUIRES: all parts were added that the region holds voxels or contours of. Throws Error{kCancelled}.
   Layer finish(const CancellationToken& cancel);
 
  private:
@@ -96,6 +96,7 @@ class LayerComposer {
 
   void add_contours(std::uint32_t part, const PaintedPart& painted);
   void add_stats(const PaintedPart& painted);
+  void clear_samples(const CancellationToken& cancel);
   void add_samples(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel);
   void add_regions(std::uint32_t part, std::span<const RegionRun> regions, std::span<const VoxelRun> owned);
   void count_owned(std::uint32_t part, const PaintedPart& painted, std::span<const VoxelRun> owned);
@@ -117,6 +118,7 @@ class LayerComposer {
   // The layer at hand:
   Layer layer_;
   std::optional<PaintedPart> only_;
+  bool is_cleared_ = false;  // What follows.
   VoxelOwners owners_;
   std::vector<ContonePlane> channels_;   // Of the region, as are
   std::vector<std::uint8_t> materials_;  // these.

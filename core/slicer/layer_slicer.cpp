@@ -52,6 +52,7 @@ struct LayerSlicer::State {
     for (const std::uint32_t part : composer.order()) {
       const auto& [number, shift] = shared.painting[part];
       Group& group = groups[number];
+      if (group.painter.is_outside(shift)) continue;
       if (!std::exchange(group.is_painted, true)) group.painter.paint(cancel);
       painted.push_back(group.painter.copy(shift, cancel));
       composer.add(part, painted.back(), cancel);

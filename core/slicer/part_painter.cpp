@@ -4,6 +4,7 @@
 #include "core/slicer/part_painter.h"
 
 #include <algorithm>
+#include <concepts>
 #include <deque>
 #include <utility>
 
@@ -45,13 +46,17 @@ LayerWindow moved(LayerWindow window, const VoxelShift& shift) {
   return window;
 }
 
+template <std::derived_from<VoxelRun> Run>
+Run moved(Run run, const VoxelShift& shift) {
+  run.row += static_cast<std::uint32_t>(shift.rows);
+  run.begin += static_cast<std::uint32_t>(shift.columns);
+  run.end += static_cast<std::uint32_t>(shift.columns);
+  return run;
+}
+
 template <typename Run>
 std::vector<Run> moved(std::vector<Run> runs, const VoxelShift& shift) {
-  for (Run& run : runs) {
-    run.row += static_cast<std::uint32_t>(shift.rows);
-    run.begin += static_cast<std::uint32_t>(shift.columns);
-    run.end += static_cast<std::uint32_t>(shift.columns);
-  }
+  for (Run& run : runs) run = moved(run, shift);
   return runs;
 }
 
@@ -74,7 +79,8 @@ struct PartPainter::Shared {
   std::shared_ptr<const LimitSolid> solid;
   SliceJob job;                    // Of the whole grid, if several parts share it:
   std::optional<CopyGroup> group;  // these.
-  LayerWindow region;              // What is asked for.
+  LayerWindow region;              // What is asked for,
+  LayerWindow halftoned;           // and what is halftoned for that.
   std::size_t groups;              // Of the job.
   std::shared_ptr<const ContourIndex> contour_index;
   std::shared_ptr<const HalftonePlan> halftone;  // Present if the job shows materials.
@@ -101,6 +107,7 @@ struct PartPainter::State {
   std::unique_ptr<State> whole;                // For layers of a region that need others of their voxels.
   std::uint32_t layer = 0;                     // At hand,
   PaintedPart part;                            // and what is painted of it,
+  const PartShape* uncut = nullptr;            // before the job cuts it,
   bool is_whole_needed = false;                // unless `whole` paints it.
   std::deque<PartShape> copies;                // Of its shape, as far as they were asked for.
 
@@ -222,6 +229,7 @@ struct PartPainter::State {
 
   /// Leaves out what the job cuts.
   void cut(const CancellationToken& cancel) {
+    uncut = part.shape;
     if (!job.cut) return;
     remaining = *part.shape;
     std::uint64_t voxels = 0;
@@ -250,6 +258,26 @@ struct PartPainter::State {
     of.stats.voxels_off_map = halftone->misfits().off_map;
     of.stats.voxels_scaled_up = halftone->misfits().scaled_up;
     if (of.stats.voxels_scaled_up > 0) of.stats.least_fraction_sum = halftone->misfits().least_sum;
+  }
+
+  std::uint64_t voxels_in_region(std::span<const VoxelRun> spans, const VoxelShift& shift) const {
+    std::uint64_t voxels = 0;
+    for (const VoxelRun& span : spans) {
+      const VoxelRun kept = shared->region.clipped(moved(span, shift));
+      voxels += kept.end - kept.begin;
+    }
+    return voxels;
+  }
+
+  bool is_outside(const VoxelShift& shift) const {
+    if (!shared->group || part.window.columns == 0) return false;
+    LayerWindow near = shared->region;  // Contours may reach a voxel further than spans.
+    near.columns += near.first_column > 0 ? 2 : 1;
+    near.rows += near.first_row > 0 ? 2 : 1;
+    near.first_column -= near.first_column > 0 ? 1 : 0;
+    near.first_row -= near.first_row > 0 ? 1 : 0;
+    const LayerWindow common = common_window(moved(part.window, shift), near);
+    return common.columns == 0 || common.rows == 0;
   }
 
   void find(std::uint32_t the_layer, const CancellationToken& cancel) {
@@ -287,7 +315,10 @@ struct PartPainter::State {
     PaintedPart result = part;
     if (shared->group) {
       PartShape& shape = copies.emplace_back(moved(*part.shape, shift, lattice));
+      clip(shared->halftoned, shape.spans);
+      clip(shared->halftoned, shape.regions);
       limit_to_region(shape);
+      if (job.cut) result.stats.voxels_cut = voxels_in_region(uncut->spans, shift) - shape.stats.voxels_inside;
       result.shape = &shape;
       result.window = moved(part.window, shift);
       result.stats.voxels_inside = shape.stats.voxels_inside;
@@ -318,6 +349,7 @@ std::shared_ptr<const PartPainter::Shared> PartPainter::share(const PlacedParts&
                 job,
                 std::nullopt,
                 region_of(job).window(),
+                scope_of(job).window,
                 groups,
                 std::move(index),
                 std::move(halftone),
@@ -340,6 +372,7 @@ PartPainter& PartPainter::operator=(PartPainter&&) noexcept = default;
 
 void PartPainter::find(std::uint32_t layer, const CancellationToken& cancel) { state_->find(layer, cancel); }
 LayerWindow PartPainter::window(const VoxelShift& shift) const { return moved(state_->part.window, shift); }
+bool PartPainter::is_outside(const VoxelShift& shift) const { return state_->is_outside(shift); }
 void PartPainter::paint(const CancellationToken& cancel) { state_->paint(cancel); }
 PaintedPart PartPainter::copy(const VoxelShift& shift, const CancellationToken& cancel) {
   return state_->copy(shift, cancel);

@@ -73,6 +73,8 @@ class PartPainter {
   void find(std::uint32_t layer, const CancellationToken& cancel);
   /// The window of a copy. REQUIRES: find().
   LayerWindow window(const VoxelShift& shift) const;
+  /// The copy has voxels in the layer, and none of them is in the job's region or beside it. REQUIRES: find().
+  bool is_outside(const VoxelShift& shift) const;
   /// Evaluates the channels of the layer that was found. Throws as find().
   void paint(const CancellationToken& cancel);
   /// A copy of what is painted, with materials of its own. REQUIRES: paint(). Throws Error{kCancelled},

@@ -145,10 +145,88 @@ TEST_F(CommandLineTray, SnapsAndRefusesByOptions) {
   EXPECT_THAT(sliced.err, HasSubstr("note: copies: 1 moved to whole voxels"));
   EXPECT_EQ(json_at(read_whole(path("snapped/manifest.json")), "slice_job.snap").bool_value(), true);
   const ProcessResult over = run({"slice", box_, ring_, "--pitch", "1", "-o", path("over")});
-  EXPECT_THAT(over.err, AllOf(HasSubstr("parts overlap: 'box' takes "), HasSubstr(" of 'ring', one at (")));
+  EXPECT_THAT(over.err,
+              AllOf(HasSubstr("parts overlap in 32 voxels: 'box' takes "), HasSubstr(" of 'ring', one at (")));
   const ProcessResult refused = run({"slice", box_, ring_, "--pitch", "1", "--overlaps", "refuse", "-o", path("no")});
   EXPECT_EQ(refused.exit_code, cli::kExitRefused);
   EXPECT_THAT(refused.err, AllOf(HasSubstr("--overlaps"), HasSubstr("'box' and 'ring' share voxels")));
+}
+
+TEST_F(CommandLineTray, FoldersOfOverlappingPartsAreReadAgain) {
+  const std::vector<std::string> job = {"slice", box_, ring_, "--pitch", "1", "--material", "VeroClear", "-o"};
+  const auto slice = [&](const std::string& folder, std::vector<std::string> more) {
+    more.insert(more.begin(), job.begin(), job.end());
+    more.insert(more.begin() + static_cast<std::ptrdiff_t>(job.size()), path(folder));
+    return run(more);
+  };
+  EXPECT_THAT(slice("whole", {}).err, HasSubstr("parts overlap in "));
+  EXPECT_EQ(slice("a", {"--share", "1/2"}).exit_code, cli::kExitOk);
+  EXPECT_EQ(slice("b", {"--share", "2/2"}).exit_code, cli::kExitOk);
+  const ProcessResult joined = run_alone({"join", "-o", path("joined"), path("a"), path("b")});
+  ASSERT_EQ(joined.exit_code, cli::kExitOk) << joined.err;
+  const std::string whole = read_whole(path("whole/manifest.json")), again = read_whole(path("joined/manifest.json"));
+  for (const char* const number :
+       {"parts.0.voxel_count", "parts.1.materials.0.voxel_count", "overlaps.0.voxel_count"}) {
+    EXPECT_GT(json_at(whole, number).number_value(), 0) << number;
+    EXPECT_EQ(json_at(again, number).number_value(), json_at(whole, number).number_value()) << number;
+  }
+  EXPECT_EQ(json_at(again, "overlaps.0.owner").string_value(), "box");
+  const ProcessResult resumed = slice("whole", {"--resume"});
+  EXPECT_EQ(resumed.exit_code, cli::kExitOk) << resumed.err;
+  const ProcessResult packed = run({"package", path("whole"), "-o", path("whole.3mf")});
+  EXPECT_THAT(packed.err, HasSubstr("there are none here")) << "as the manifest that was read says";
+}
+
+TEST_F(CommandLineTray, SnappedCopiesBesideABoxAreNotCounted) {
+  const auto slice = [&](const std::string& folder, std::vector<std::string> more) {
+    const std::vector<std::string> job = {"slice", box_,     "--pitch", "1",      "--at",  "0,0,0",
+                                          "--at",  "30,0,0", "--at",    "60,0,0", "--box", "0,0,0,40,10,8"};
+    more.insert(more.begin(), job.begin(), job.end());
+    more.insert(more.end(), {"-o", path(folder)});
+    return run(more);
+  };
+  const std::vector<std::string> cut = {"--cut-where", "x < 10", "--occupancy"};
+  std::vector<std::string> snapped = cut;
+  snapped.push_back("--snap");
+  ASSERT_EQ(slice("apart", cut).exit_code, cli::kExitOk);
+  ASSERT_EQ(slice("snapped", snapped).exit_code, cli::kExitOk);
+  const std::string apart = read_whole(path("apart/manifest.json")), once = read_whole(path("snapped/manifest.json"));
+  for (const char* const number : {"voxel_count", "voxels_cut", "parts.0.voxel_count"}) {
+    EXPECT_EQ(json_at(once, number).number_value(), json_at(apart, number).number_value()) << number;
+  }
+  const std::vector<std::string> strict = {"--snap",    "--field",    "v = x",     "--strict", "--material",
+                                           "A=#ff0000", "--material", "B=#0000ff", "--map",    "blend:v:0=A,24=B"};
+  EXPECT_EQ(slice("strict", strict).exit_code, cli::kExitOk);
+  std::vector<std::string> short_map = strict;
+  short_map.back() = "blend:v:0=A,9=B";
+  EXPECT_THAT(slice("refused", short_map).err, HasSubstr("give no fractions"));
+  std::vector<std::string> beside = {"slice",  box_, "--pitch",      "1",     "--at",        "0,0,0", "--at",
+                                     "30,0,0", "-o", path("beside"), "--box", "0,0,0,8,10,8"};
+  beside.insert(beside.end(), short_map.begin(), short_map.end());
+  EXPECT_EQ(run(beside).exit_code, cli::kExitOk) << "what the map lacks is beside the box";
+}
+
+TEST_F(CommandLineTray, PartsSideBySideHaveOneRun) {
+  const ProcessResult runs =
+      run({"slice", box_, "--pitch", "1", "--at", "0,0,0", "--at", "24,0,0", "--encoding", "runs", "-o", path("runs")});
+  EXPECT_EQ(runs.exit_code, cli::kExitOk) << runs.err;
+  EXPECT_EQ(runs.err.find("can't be decoded"), std::string::npos) << runs.err;
+}
+
+TEST_F(CommandLineTray, PacksOffVoxelsWhereTheTrayHasNoRoomForThem) {
+  const auto pack = [&](double depth_mm) {
+    std::ofstream(path("tight.json")) << R"({"parts": [{"mesh_id": "box.ccmesh"}], "grid": {"pitch": {"x_mm": 1, )"
+                                      << R"("y_mm": 1, "z_mm": 1}}, "printer": {"name": "tight", "pitch": {"x_mm": 1, )"
+                                      << R"("y_mm": 1, "z_mm": 1}, "tray_mm": {"x": 30, "y": )" << depth_mm
+                                      << R"(, "z": 100}}, "planes": [{"occupancy": {}}]})";
+    return run({"tray", "pack", path("tight.json"), "--copies", "2", "--clearance", "0.5", "--force", "-o",
+                path("packed.json")});
+  };
+  EXPECT_THAT(pack(33.2).out, HasSubstr("up to y = 33 mm"));
+  EXPECT_TRUE(cli::read_job_file(path("packed.json")).snap());
+  EXPECT_THAT(pack(32.6).out, HasSubstr("up to y = 32.5 mm"));
+  EXPECT_FALSE(cli::read_job_file(path("packed.json")).snap());
+  EXPECT_THAT(pack(32.4).err, HasSubstr("1 of 'box'"));
 }
 
 TEST_F(CommandLineTray, AJobInPlaceOfAMeshIsTakenAsJobIs) {

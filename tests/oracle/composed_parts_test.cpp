@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
 #include <numeric>
 #include <optional>
 #include <random>
@@ -384,6 +385,22 @@ SnappedTray random_tray(const std::vector<std::shared_ptr<const LimitSolid>>& so
   return tray;
 }
 
+/// The loops of a part in a layer are its own ones, moved.
+void expect_moved_loops(const std::vector<ContourLoop>& own, const Vec2& by_mm, const std::vector<ContourLoop>& all,
+                        std::uint32_t part) {
+  constexpr double kRoundingMm = 1e-12;
+  std::vector<ContourLoop> of_part;
+  std::ranges::copy_if(all, std::back_inserter(of_part), [&](const ContourLoop& loop) { return loop.part == part; });
+  ASSERT_EQ(of_part.size(), own.size());
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    ASSERT_EQ(of_part[k].points.size(), own[k].points.size());
+    for (std::size_t i = 0; i < own[k].points.size(); ++i) {
+      const Vec2 apart = of_part[k].points[i].xy - own[k].points[i].xy - by_mm;
+      ASSERT_LT(apart.cwiseAbs().maxCoeff(), kRoundingMm) << "part " << part;
+    }
+  }
+}
+
 /// Halftones but those that follow from the fractions alone are other ones in other places.
 bool prints_alike(const SliceJob& job) { return job.printing->halftone.method == HalftoneMethod::kLargestFraction; }
 
@@ -403,6 +420,9 @@ TEST(SnappedCopies, AreTheirFirstMovedVoxelByVoxel) {
       const auto& [first, columns, rows] = tray.copies[p];
       const Layer own = layers_of(LayerSlicer(tray.parts[p].solid, tray.parts[first].job), wanted).front();
       of_parts.push_back(moved(own, tray.parts[first].job, columns, rows));
+      const VoxelPitch& pitch = common.grid.pitch;
+      const Vec2 by_mm(static_cast<double>(columns) * pitch.x_mm, static_cast<double>(rows) * pitch.y_mm);
+      expect_moved_loops(own.contours.loops, by_mm, layer.contours.loops, static_cast<std::uint32_t>(p));
       copies += first != p ? 1 : 0;
       cut += first == p ? 1 : 0;
     }

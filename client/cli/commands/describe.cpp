@@ -189,7 +189,7 @@ std::string describe(const v1::SnappedCopies& snapped) {
               ? std::string("none had to be moved to whole voxels")
               : show_count(snapped.copies()) + " moved to whole voxels, by up to " + microns(most.x()) + ", " +
                     microns(most.y()) + " and " + microns(most.z()) + " um") +
-         "; computed once for all alike: " + show_count(snapped.computed(), "solid");
+         "; " + show_count(snapped.computed(), "solid") + " to compute";
 }
 
 std::string describe(const v1::PlanSlicesResponse& plan) {

@@ -152,19 +152,33 @@ double whole_steps(double mm, double step_mm) {
   return step_mm > 0 ? std::floor(mm / step_mm + kRounding) * step_mm : mm;
 }
 
+/// Places whole voxels apart: they are moved there towards the corner, and one more voxel between parts keeps them
+/// apart.
+PackedTray packed_by_voxels(const std::vector<Footprint>& footprints, const Tray& tray, double clearance_mm) {
+  const double voxel_mm = std::max(tray.pitch_mm.x(), tray.pitch_mm.y());
+  PackedTray result = pack_tray(footprints, tray.size_mm.x(), clearance_mm + voxel_mm);
+  result.depth_mm = 0;
+  for (std::size_t i = 0; i < footprints.size(); ++i) {
+    PackedPlace& place = result.places[i];
+    place.x_mm = whole_steps(place.x_mm, tray.pitch_mm.x());
+    place.y_mm = whole_steps(place.y_mm, tray.pitch_mm.y());
+    const double depth_mm = place.turned ? footprints[i].width_mm : footprints[i].depth_mm;
+    result.depth_mm = std::max(result.depth_mm, place.y_mm + depth_mm);
+  }
+  return result;
+}
+
+/// `in_whole_voxels`: whether copies lie whole voxels apart, as they do where the tray has room for that.
 PackedTray packed(const TrayPackOptions& options, const Tray& tray, const std::vector<Copy>& copies,
-                  const std::vector<std::string>& names) {
+                  const std::vector<std::string>& names, bool& in_whole_voxels) {
   refuse_large_parts(tray, copies, names);
   std::vector<Footprint> footprints;
   for (const Copy& copy : copies) footprints.push_back({copy.box_mm.sizes().x(), copy.box_mm.sizes().y()});
-  // Places are moved towards the corner to whole voxels. One more voxel between parts keeps them apart.
-  const double voxel_mm = std::max(tray.pitch_mm.x(), tray.pitch_mm.y());
-  PackedTray result = pack_tray(footprints, tray.size_mm.x(), options.clearance_mm + voxel_mm);
-  for (PackedPlace& place : result.places) {
-    place.x_mm = whole_steps(place.x_mm, tray.pitch_mm.x());
-    place.y_mm = whole_steps(place.y_mm, tray.pitch_mm.y());
-  }
   constexpr double kRoundingMm = 1e-9;
+  PackedTray result = packed_by_voxels(footprints, tray, options.clearance_mm);
+  in_whole_voxels = result.depth_mm <= tray.size_mm.y() + kRoundingMm;
+  if (in_whole_voxels) return result;
+  result = pack_tray(footprints, tray.size_mm.x(), options.clearance_mm);
   if (result.depth_mm <= tray.size_mm.y() + kRoundingMm) return result;
   std::vector<std::size_t> outside(names.size());
   for (std::size_t i = 0; i < copies.size(); ++i) {
@@ -239,8 +253,9 @@ void run_tray_pack(Session& session, TrayPackOptions options) {
   const std::vector<std::string> mesh_names = mesh_names_for(options.job, job, options.output);
   put_on_server(session, options.job, job);
   const std::vector<Copy> copies = copies_of(session, job, names, counts);
-  const PackedTray result = packed(options, tray, copies, names);
-  job.set_snap(true);
+  bool in_whole_voxels = false;
+  const PackedTray result = packed(options, tray, copies, names, in_whole_voxels);
+  job.set_snap(in_whole_voxels);
   for (v1::Part& part : *job.mutable_parts()) part.clear_placements();
   for (std::size_t i = 0; i < copies.size(); ++i) {
     *job.mutable_parts(static_cast<int>(copies[i].part))->add_placements() =

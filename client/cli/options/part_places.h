@@ -20,7 +20,7 @@ struct PartOptions {
   std::string overlaps = "priority";
 };
 
-/// What becomes of copies and overlaps in layers.
+/// How copies and overlaps are treated.
 void add_overlap_options(CLI::App& command, PartOptions& options);
 
 void add_part_options(CLI::App& command, PartOptions& options);

@@ -79,7 +79,7 @@ std::string JobCosts::text(const v1::SliceJob& job) const {
   std::string text = "\n  costs      about " + show_cm3(cm3_of(total_.voxel_count, total_)) + " and " +
                      show_bytes(total_.encoded_bytes) + ", from " + from;
   if (const std::string materials = materials_text(total_); !materials.empty()) text += "\n  materials  " + materials;
-  if (const std::string parts = part_amounts_text(job, total_); !parts.empty()) text += "\n" + parts;
+  if (const std::string parts = part_amounts_text(job, total_, "  "); !parts.empty()) text += "\n" + parts;
   return text;
 }
 

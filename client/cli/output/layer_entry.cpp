@@ -3,6 +3,8 @@
 
 #include "client/cli/output/layer_entry.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -10,6 +12,32 @@
 #include "client/mesh_bytes.h"
 
 namespace ccslice::cli {
+
+namespace {
+
+constexpr std::uint32_t kMostParts = 256;  // Of a job: a file that was tampered with can't ask for more.
+
+void add_parts(const v1::LayerEntry& layer, client::SliceOutcome& counts) {
+  for (const v1::LayerPart& part : layer.parts()) {
+    if (part.part() >= kMostParts) continue;
+    counts.parts.resize(std::max<std::size_t>(counts.parts.size(), part.part() + std::size_t{1}));
+    v1::PartVoxels& voxels = counts.parts[part.part()];
+    voxels.set_voxel_count(part.voxel_count());
+    *voxels.mutable_material_voxels() = part.material_voxels();
+  }
+  for (const v1::LayerOverlap& overlap : layer.overlaps()) {
+    v1::PartOverlap& added = counts.overlaps.emplace_back();
+    added.set_owner(overlap.owner());
+    added.set_covered(overlap.covered());
+    added.set_voxel_count(overlap.voxel_count());
+    if (overlap.place_mm_size() != 3) continue;
+    added.mutable_place_mm()->set_x(overlap.place_mm(0));
+    added.mutable_place_mm()->set_y(overlap.place_mm(1));
+    added.mutable_place_mm()->set_z(overlap.place_mm(2));
+  }
+}
+
+}  // namespace
 
 std::vector<v1::StoredFile> files_of_entry(const v1::LayerEntry& layer) {
   std::vector<v1::StoredFile> files(layer.planes().begin(), layer.planes().end());
@@ -33,8 +61,7 @@ client::SliceOutcome counts_of_entry(const v1::LayerEntry& layer) {
   counts.voxels_off_map = layer.voxels_off_map();
   counts.voxels_scaled_up = layer.voxels_scaled_up();
   counts.least_fraction_sum = layer.least_fraction_sum();
-  counts.parts = {layer.parts().begin(), layer.parts().end()};
-  counts.overlaps = {layer.overlaps().begin(), layer.overlaps().end()};
+  add_parts(layer, counts);
   for (const v1::StoredFile& plane : layer.planes()) counts.encoded_bytes += plane.file_bytes();
   return counts;
 }

@@ -133,6 +133,26 @@ v1::StoredFile stored(const LayerFile& file) {
   return entry;
 }
 
+/// What each part has, and which overlap.
+void add_parts(const v1::LayerStatistics& statistics, v1::LayerEntry& entry) {
+  for (int p = 0; p < statistics.parts_size(); ++p) {
+    if (statistics.parts(p).voxel_count() == 0) continue;
+    v1::LayerPart& part = *entry.add_parts();
+    part.set_part(static_cast<std::uint32_t>(p));
+    part.set_voxel_count(statistics.parts(p).voxel_count());
+    *part.mutable_material_voxels() = statistics.parts(p).material_voxels();
+  }
+  for (const v1::PartOverlap& overlap : statistics.overlaps()) {
+    v1::LayerOverlap& added = *entry.add_overlaps();
+    added.set_owner(overlap.owner());
+    added.set_covered(overlap.covered());
+    added.set_voxel_count(overlap.voxel_count());
+    for (const double mm : {overlap.place_mm().x(), overlap.place_mm().y(), overlap.place_mm().z()}) {
+      added.add_place_mm(mm);
+    }
+  }
+}
+
 }  // namespace
 
 bool is_layer_file(const std::string& name) {
@@ -194,8 +214,7 @@ v1::LayerEntry LayerFiles::manifest_entry(const client::Layer& layer, const std:
     entry.set_voxels_scaled_up(statistics.voxels_scaled_up());
     entry.set_least_fraction_sum(statistics.least_fraction_sum());
   }
-  *entry.mutable_parts() = statistics.parts();
-  *entry.mutable_overlaps() = statistics.overlaps();
+  add_parts(statistics, entry);
   for (std::size_t i = 0; i < layer.planes.size(); ++i) {
     v1::StoredFile& plane = *entry.add_planes() = stored(files[i]);
     plane.set_raw_bytes(layer.planes[i].result.raw_bytes());

@@ -31,7 +31,7 @@ std::vector<v1::PartAmount> part_amounts(const v1::SliceJob& job, const client::
   for (const v1::PartVoxels& part : counts.parts) {
     v1::PartAmount& amount = amounts.emplace_back();
     const auto p = static_cast<int>(amounts.size()) - 1;
-    if (p < job.parts_size()) amount.set_name(job.parts(p).name());
+    if (p < job.parts_size()) amount.set_name(job.parts(p).name().empty() ? "part" : job.parts(p).name());
     amount.set_voxel_count(part.voxel_count());
     amount.set_volume_cm3(voxel_cm3 * static_cast<double>(part.voxel_count()));
     const std::size_t count = std::min(materials.size(), static_cast<std::size_t>(part.material_voxels_size()));
@@ -53,20 +53,21 @@ std::vector<v1::PartPair> part_pairs(const v1::SliceJob& job, const client::Slic
     pair.set_covered(name_of_placed(job, overlap.covered()));
     pair.set_voxel_count(overlap.voxel_count());
     pair.set_volume_cm3(voxel_cm3 * static_cast<double>(overlap.voxel_count()));
-    *pair.mutable_place_mm() = overlap.place_mm();
+    const v1::Vector3& at = overlap.place_mm();
+    for (const double mm : {at.x(), at.y(), at.z()}) pair.add_place_mm(mm);
   }
   return pairs;
 }
 
-std::string part_amounts_text(const v1::SliceJob& job, const client::SliceOutcome& outcome) {
+std::string part_amounts_text(const v1::SliceJob& job, const client::SliceOutcome& outcome, const std::string& indent) {
   constexpr std::size_t kMostLines = 12;
   const std::vector<v1::PartAmount> amounts = part_amounts(job, outcome, cm3_of(1, outcome), materials_of(outcome));
-  if (amounts.size() < 2) return "";
+  if (amounts.size() < 2 || amounts.size() > static_cast<std::size_t>(job.parts_size())) return "";
   std::string text;
   for (std::size_t p = 0; p < std::min(amounts.size(), kMostLines); ++p) {
     const v1::PartAmount& part = amounts[p];
     const int copies = job.parts(static_cast<int>(p)).placements_size();
-    text += (p == 0 ? "" : "\n") + std::string("part ") + echoed(part.name()) +
+    text += (p == 0 ? "" : "\n") + indent + "part " + echoed(part.name()) +
             (copies > 1 ? " (" + show_count(static_cast<std::uint64_t>(copies)) + " copies)" : "") + ": " +
             show_cm3(part.volume_cm3());
     const std::string materials =
@@ -74,7 +75,8 @@ std::string part_amounts_text(const v1::SliceJob& job, const client::SliceOutcom
     if (!materials.empty()) text += "; " + materials;
   }
   if (amounts.size() > kMostLines) {
-    text += "\n" + show_count(amounts.size() - kMostLines, "more part") + ": manifest.json and --json have all";
+    text +=
+        "\n" + indent + show_count(amounts.size() - kMostLines, "more part") + ": manifest.json and --json have all";
   }
   return text;
 }
@@ -87,10 +89,10 @@ std::string part_pairs_text(const v1::SliceJob& job, const client::SliceOutcome&
   std::string text;
   for (std::size_t i = 0; i < std::min(pairs.size(), kMostPairs); ++i) {
     const v1::PartPair& pair = pairs[i];
-    const v1::Vector3& at = pair.place_mm();
+    const auto& at = pair.place_mm();
     text += (i == 0 ? "" : ", ") + std::string("'") + echoed(pair.owner()) + "' takes " +
             show_count(pair.voxel_count(), "voxel") + " (" + show_cm3(pair.volume_cm3()) + ") of '" +
-            echoed(pair.covered()) + "', one at " + place_text(Vec3(at.x(), at.y(), at.z()), kDigits);
+            echoed(pair.covered()) + "', one at " + place_text(Vec3(at[0], at[1], at[2]), kDigits);
   }
   if (pairs.size() > kMostPairs) text += ", and there are " + show_count(pairs.size() - kMostPairs, "more pair");
   return text;

@@ -114,7 +114,9 @@ void report_complete(const Session& session, const std::string& output, const Pl
 
 void warn_of_covered(const v1::SliceJob& job, const client::SliceOutcome& outcome) {
   if (outcome.voxels_covered == 0) return;
-  print_note("warning: parts overlap: " + part_pairs_text(job, outcome) +
+  const std::string pairs = part_pairs_text(job, outcome);
+  print_note("warning: parts overlap in " + show_count(outcome.voxels_covered, "voxel") +
+             (pairs.empty() ? "" : ": " + pairs) +
              ". Move them apart if that isn't meant; --overlaps refuse ends a job where they do");
 }
 

@@ -310,7 +310,7 @@ class Values(unittest.TestCase):
         self.assertEqual(layer.voxels_covered, 5 * layer.occupancy.shape[0])
         with self.assertRaisesRegex(ccslice.CallError, "part 2.*part 1"):
             next(self.client.slice(first, 1, overlaps="refuse"))
-        self.assertEqual(layer.part_voxels, [10 * layer.occupancy.shape[0], 5 * layer.occupancy.shape[0]])
+        self.assertEqual(layer.part_voxels, [5 * layer.occupancy.shape[0], 10 * layer.occupancy.shape[0]])
         snapped = [ccslice.Part(self.mesh, placements=[moved(0), moved(20.25)])]
         layer = next(self.client.slice(snapped, 1, channels=["g"], snap=True))
         self.assertEqual(layer.channels["g"].shape[1], 30)

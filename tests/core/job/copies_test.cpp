@@ -97,6 +97,16 @@ TEST_F(CopiesTest, FollowTheFirstThatLiesAsTheyDo) {
   EXPECT_THAT(grouped(parts), ElementsAre(ElementsAre(0, 3), ElementsAre(1, 2)));
 }
 
+TEST_F(CopiesTest, KeepTurnsAndSizesThatShowHoweverSmallTheScale) {
+  PlacedParts parts = copies_at({Vec3(0, 0, 0), Vec3(5, 0, 0), Vec3(10, 0, 0)});
+  parts[0].job.placement.linear() *= 1e-3;
+  parts[1].job.placement.linear() *= 1.2e-3;
+  parts[2].job.placement.linear() *= 1e-3 * (1 + 1e-9);
+  (void)snap_copies(parts, kPitch);
+  EXPECT_DOUBLE_EQ(parts[1].job.placement.linear()(0, 0), 1.2e-3);
+  EXPECT_EQ(parts[2].job.placement.linear(), parts[0].job.placement.linear());
+}
+
 TEST_F(CopiesTest, OfOtherPartsAreOnTheirOwn) {
   PlacedParts parts = copies_at({Vec3(0, 0, 0), Vec3(5.2, 0, 0), Vec3(5.2, 3, 0), Vec3(10.3, 3, 0)});
   parts[2].is_copy = false;
