@@ -72,7 +72,7 @@ struct PartOverlap {
   Vec3 place_mm = Vec3::Zero();  // The centre of one of them.
 };
 
-/// Of a layer.
+/// The most pairs that a layer names.
 inline constexpr std::size_t kMostOverlaps = 256;
 
 /// Counts of the region's voxels. Where parts overlap, those of channels and maps count a voxel once for each part.

@@ -219,8 +219,7 @@ PreviewPicture PlanePainter::State::paint(const PreviewJob& job, PreviewStage st
   PartPlanes planes(layer, solid_->summary());
   evaluate(layer, frame_of(plane), spans, regions, stage, planes, cancel);
   if (layer.cut) {
-    cut_part(
-        planes, window_of(layer.grid.lattice()), spans, regions, [](const VoxelRun&) {}, cancel);
+    cut_part(planes, window_of(layer.grid.lattice()), spans, regions, cancel);
   }
   std::vector<SampleImage> values;
   const bool shows_channel = job.show.content == PreviewContent::kChannel;

@@ -64,13 +64,11 @@ void cut_runs(const ContonePlane& cut, const LayerWindow& window, std::vector<Ru
 }
 
 /// Cuts a part's runs, and sets samples that are shown to what they are outside where it does. `window`: what the
-/// planes hold. Calls on_cut(VoxelRun) for what is cut of the spans. Throws like cut_runs().
-template <typename OnCut>
-void cut_part(PartPlanes& planes, const LayerWindow& window, std::vector<VoxelRun>& spans,
-              std::vector<RegionRun>& regions, const OnCut& on_cut, const CancellationToken& cancel) {
+/// planes hold. Throws like cut_runs().
+inline void cut_part(PartPlanes& planes, const LayerWindow& window, std::vector<VoxelRun>& spans,
+                     std::vector<RegionRun>& regions, const CancellationToken& cancel) {
   const auto clear = [&](const VoxelRun& run) {
     planes.clear_run(window.index(run.begin, run.row), run.end - run.begin);
-    on_cut(run);
   };
   const auto ignore = [](const VoxelRun&) {};
   cut_runs(planes.cut(), window, spans, clear, cancel);

@@ -131,7 +131,7 @@ void LayerComposer::add_stats(const PaintedPart& painted) {
   }
 }
 
-/// Before the first samples of a layer, or in place of them.
+/// Sets all samples to those outside, once a layer.
 void LayerComposer::clear_samples(const CancellationToken& cancel) {
   if (std::exchange(is_cleared_, true)) return;
   for (ContonePlane& plane : channels_) plane.clear(window_.columns, window_.rows, cancel);

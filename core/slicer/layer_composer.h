@@ -61,8 +61,8 @@ class LayerComposer {
 
   /// Forgets all: a layer of which nothing is known. `window`: that of all parts.
   void start(std::uint32_t layer, const LayerWindow& window);
-  /// `painted`: of the part numbered `part`, in the layer. REQUIRES: parts come in order(); a job's only part is added,
-  /// and stays painted until finish(). Throws Error{kCancelled, kPartsOverlap}.
+  /// `painted`: of the part numbered `part`, in the layer. Throws Error{kCancelled, kPartsOverlap}. REQUIRES: parts
+  /// come in order(); a job's only part is added, and stays painted until finish().
   void add(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel);
   /// REQUIRES: all parts were added that the region holds voxels or contours of. Throws Error{kCancelled}.
   Layer finish(const CancellationToken& cancel);
@@ -118,7 +118,7 @@ class LayerComposer {
   // The layer at hand:
   Layer layer_;
   std::optional<PaintedPart> only_;
-  bool is_cleared_ = false;  // What follows.
+  bool is_cleared_ = false;  // The samples below are of this layer.
   VoxelOwners owners_;
   std::vector<ContonePlane> channels_;   // Of the region, as are
   std::vector<std::uint8_t> materials_;  // these.

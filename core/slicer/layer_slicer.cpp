@@ -14,7 +14,7 @@ namespace ccslice {
 // What all workers on a job read.
 struct LayerSlicer::Shared {
   PlacedParts parts;
-  /// Who paints a part.
+  /// The painter of a part, and how far the part is from what that paints.
   struct Painting {
     std::size_t group;
     VoxelShift shift;
@@ -56,7 +56,7 @@ struct LayerSlicer::State {
       if (!std::exchange(group.is_painted, true)) group.painter.paint(cancel);
       painted.push_back(group.painter.copy(shift, cancel));
       composer.add(part, painted.back(), cancel);
-      if (shared.parts.size() > 1) painted.back().materials = {};
+      painted.back().materials = {};
     }
     return composer.finish(cancel);
   }

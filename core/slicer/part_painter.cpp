@@ -77,11 +77,11 @@ PartShape moved(const PartShape& shape, const VoxelShift& shift, const LayerLatt
 
 struct PartPainter::Shared {
   std::shared_ptr<const LimitSolid> solid;
-  SliceJob job;                    // Of the whole grid, if several parts share it:
-  std::optional<CopyGroup> group;  // these.
-  LayerWindow region;              // What is asked for,
-  LayerWindow halftoned;           // and what is halftoned for that.
-  std::size_t groups;              // Of the job.
+  SliceJob job;                       // Of the whole grid, if several parts share it.
+  std::optional<LayerWindow> within;  // CopyGroup::within, if so.
+  LayerWindow region;                 // The columns and rows that are asked for.
+  LayerWindow halftoned;              // Those that are halftoned for that.
+  std::size_t groups;                 // Of the job.
   std::shared_ptr<const ContourIndex> contour_index;
   std::shared_ptr<const HalftonePlan> halftone;  // Present if the job shows materials.
   std::shared_ptr<CellNodeStore> pieces;
@@ -170,12 +170,21 @@ struct PartPainter::State {
     PartShape result;
     result.contours = trace(job.grid.layer_z_mm(layer), cancel);
     result.spans = rasterize(result.contours, lattice, scope.rows, cancel);
-    if (shared->group) clip(shared->group->within, result.spans);
+    if (shared->within) clip(*shared->within, result.spans);
     if (shows_cell_regions(job) || mixes_by_region()) result.regions = cell_regions(result, cancel);
     if (job.contours_by_cell_region) result.region_loops = region_loops(result.contours, cancel);
     result.contours.region_edges = {};
-    if (!shared->group) limit_to_region(result);
+    if (!shared->within) limit_to_region(result);
     return result;
+  }
+
+  std::uint64_t voxels_in_region(std::span<const VoxelRun> spans, const VoxelShift& shift) const {
+    std::uint64_t voxels = 0;
+    for (const VoxelRun& span : spans) {
+      const VoxelRun kept = shared->region.clipped(moved(span, shift));
+      voxels += kept.end - kept.begin;
+    }
+    return voxels;
   }
 
   /// Leaves loops that meet the region, if the job delivers them, and counts.
@@ -188,10 +197,6 @@ struct PartPainter::State {
     shape.stats.contour_loops = shape.contours.loops.size();
     for (const ContourLoop& loop : shape.contours.loops) shape.stats.contour_points += loop.points.size();
     shape.stats.contour_leaves_unresolved = shape.contours.unresolved_leaves;
-    for (const VoxelRun& span : shape.spans) {
-      const VoxelRun kept = region.clipped(span);
-      shape.stats.voxels_inside += kept.end - kept.begin;
-    }
     if (!job.contours || job.contours_by_cell_region) shape.contours = {};
   }
 
@@ -232,15 +237,8 @@ struct PartPainter::State {
     uncut = part.shape;
     if (!job.cut) return;
     remaining = *part.shape;
-    std::uint64_t voxels = 0;
-    const auto count = [&](const VoxelRun& run) {
-      const VoxelRun counted = scope.region.clipped(run);
-      voxels += counted.end - counted.begin;
-    };
-    cut_part(planes, part.window, remaining.spans, remaining.regions, count, cancel);
+    cut_part(planes, part.window, remaining.spans, remaining.regions, cancel);
     part.shape = &remaining;
-    part.stats.voxels_cut = voxels;
-    if (!shared->group) part.stats.voxels_inside -= voxels;
   }
 
   void choose_materials(PaintedPart& of, const CancellationToken& cancel) {
@@ -260,17 +258,8 @@ struct PartPainter::State {
     if (of.stats.voxels_scaled_up > 0) of.stats.least_fraction_sum = halftone->misfits().least_sum;
   }
 
-  std::uint64_t voxels_in_region(std::span<const VoxelRun> spans, const VoxelShift& shift) const {
-    std::uint64_t voxels = 0;
-    for (const VoxelRun& span : spans) {
-      const VoxelRun kept = shared->region.clipped(moved(span, shift));
-      voxels += kept.end - kept.begin;
-    }
-    return voxels;
-  }
-
   bool is_outside(const VoxelShift& shift) const {
-    if (!shared->group || part.window.columns == 0) return false;
+    if (!shared->within || part.window.columns == 0) return false;
     LayerWindow near = shared->region;  // Contours may reach a voxel further than spans.
     near.columns += near.first_column > 0 ? 2 : 1;
     near.rows += near.first_row > 0 ? 2 : 1;
@@ -293,7 +282,7 @@ struct PartPainter::State {
       part.shape = &own;
     }
     part.window = window_of(part.shape->spans);
-    if (!shared->group) part.window = common_window(whole_bytes(part.window), scope.window);
+    if (!shared->within) part.window = common_window(whole_bytes(part.window), scope.window);
     part.stats = part.shape->stats;
   }
 
@@ -313,19 +302,19 @@ struct PartPainter::State {
   PaintedPart copy(const VoxelShift& shift, const CancellationToken& cancel) {
     if (is_whole_needed) return whole->copy(shift, cancel);
     PaintedPart result = part;
-    if (shared->group) {
+    if (shared->within) {
       PartShape& shape = copies.emplace_back(moved(*part.shape, shift, lattice));
       clip(shared->halftoned, shape.spans);
       clip(shared->halftoned, shape.regions);
       limit_to_region(shape);
-      if (job.cut) result.stats.voxels_cut = voxels_in_region(uncut->spans, shift) - shape.stats.voxels_inside;
       result.shape = &shape;
       result.window = moved(part.window, shift);
-      result.stats.voxels_inside = shape.stats.voxels_inside;
       result.stats.contour_loops = shape.stats.contour_loops;
       result.stats.contour_points = shape.stats.contour_points;
       result.stats.contour_leaves_unresolved = shape.stats.contour_leaves_unresolved;
     }
+    result.stats.voxels_inside = voxels_in_region(result.shape->spans, {});
+    result.stats.voxels_cut = voxels_in_region(uncut->spans, shift) - result.stats.voxels_inside;
     choose_materials(result, cancel);
     return result;
   }
@@ -355,7 +344,7 @@ std::shared_ptr<const PartPainter::Shared> PartPainter::share(const PlacedParts&
                 std::move(halftone),
                 make_cell_node_store(tiles_fit, groups)};
   if (group.is_shared()) {
-    shared.group = group;
+    shared.within = group.within;
     shared.job.region.reset();  // What one copy has outside of it another one may have within.
   }
   return std::make_shared<const Shared>(std::move(shared));

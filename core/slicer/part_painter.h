@@ -35,7 +35,7 @@ struct PartShape {
   std::vector<VoxelRun> spans;
   std::vector<RegionRun> regions;        // Only if the job needs them.
   std::vector<RegionLoop> region_loops;  // Only if the job delivers them.
-  LayerStats stats;                      // Of the contours, and voxels_inside.
+  LayerStats stats;                      // Of the contours.
 };
 
 /// A part in a layer. Valid until its painter finds another layer, but materials only until the next part of it.

@@ -42,7 +42,7 @@ std::string describe(const v1::MeshSummary& mesh);
 std::string describe_faults(const v1::MeshSummary& mesh);
 std::string describe(const v1::GetServerInfoResponse& info);
 std::string describe(const v1::PlanSlicesResponse& plan);
-/// What became of copies that were moved to whole voxels. REQUIRES: plan.has_snapped().
+/// Says how many copies were moved to whole voxels, and how far.
 std::string describe(const v1::SnappedCopies& snapped);
 
 }  // namespace ccslice::cli

@@ -133,7 +133,7 @@ v1::StoredFile stored(const LayerFile& file) {
   return entry;
 }
 
-/// What each part has, and which overlap.
+/// Adds what each part has, and which parts overlap.
 void add_parts(const v1::LayerStatistics& statistics, v1::LayerEntry& entry) {
   for (int p = 0; p < statistics.parts_size(); ++p) {
     if (statistics.parts(p).voxel_count() == 0) continue;

@@ -34,7 +34,7 @@ void set_voxel_counts(const client::SliceOutcome& counts, Document& document) {
   document.set_max_residual_mm(counts.max_residual_mm);
 }
 
-/// What each part has, and which parts overlap.
+/// Sets what each part has, and which parts overlap.
 template <class Document>
 void set_part_counts(const v1::SliceJob& job, const client::SliceOutcome& counts, double voxel_cm3,
                      const std::vector<v1::MaterialVoxels>& materials, Document& document) {

@@ -84,7 +84,7 @@ class CellNodeStore {
   std::unordered_map<std::uint32_t, std::list<Kept>::iterator> by_cell_;
 };
 
-/// What the stores of a job hold at most, each of so many: pieces of a few slabs, and stencils.
+/// The most bytes that each of a job's stores holds of pieces, which are those of a few slabs, and of stencils.
 struct NodeStoreBytes {
   std::size_t pieces = 0, stencils = 0;
 };

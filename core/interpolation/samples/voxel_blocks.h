@@ -36,7 +36,7 @@ Box3 grown(const Box3& voxels, double share);
 /// One thread.
 class VoxelBlocks {
  public:
-  /// What it keeps at most: of its evaluator's patches, and of lines' residuals.
+  /// The most bytes that it keeps of its evaluator's patches, and of lines' residuals.
   static constexpr std::size_t patch_bytes(std::size_t solids) { return share_of(kMostPatchBytes, solids); }
   static constexpr std::size_t line_bytes(std::size_t solids) { return share_of(kMostLineBytes, solids); }
 

@@ -274,6 +274,13 @@ class SourcesOfJob {
   std::list<Made> made_;
 };
 
+/// Copies are snapped before there is a grid, whose place may follow from theirs.
+SnappedCopies snap_to_grid(const v1::SliceJob& message, const SliceLimits& limits, PlacedParts& parts) {
+  const VoxelPitch pitch = grid_request_of(message).pitch;
+  validate_pitch(pitch, limits);
+  return snap_copies(parts, pitch);
+}
+
 PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::shared_ptr<const LimitSolid>> solids,
                             const SliceLimits& limits, const CancellationToken& cancel, SnappedCopies* snapped) {
   require_known_overlaps(message);
@@ -297,9 +304,7 @@ PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::sh
     });
   }
   if (message.snap()) {
-    const VoxelPitch pitch = grid_request_of(message).pitch;
-    validate_pitch(pitch, limits);
-    const SnappedCopies moved = snap_copies(parts, pitch);
+    const SnappedCopies moved = snap_to_grid(message, limits, parts);
     if (snapped != nullptr) *snapped = moved;
   }
   for (const PlacedPart& part : parts) box.extend(boxes(part, cancel));
