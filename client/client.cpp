@@ -142,23 +142,26 @@ void Client::upload_missing(const Endpoint& endpoint, const std::vector<std::str
 }
 
 UploadOutcome Client::ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, const UploadProgress& progress,
-                                      const CallOptions& call, const PreparationReport& preparation) {
+                                      const CallOptions& call, const PreparationReport& preparation,
+                                      const std::string& chosen_by) {
   {
     const std::lock_guard lock(mutex_);
     meshes_[mesh->id()] = mesh;
   }
-  const bool missing = with_retries(call, {mesh->id()}, [&](const Endpoint& at) {
-    Call one(call, at, mesh->id());
+  std::vector<std::string> ids = {mesh->id()};
+  if (!chosen_by.empty() && chosen_by != mesh->id()) ids.insert(ids.begin(), chosen_by);
+  const bool missing = with_retries(call, ids, [&](const Endpoint& at) {
+    Call one(call, at, ids.front());
     v1::FindMissingMeshesRequest request;
     request.add_mesh_ids(mesh->id());
     v1::FindMissingMeshesResponse response;
     one.check(at.stub->FindMissingMeshes(&one.context(), request, &response));
     return response.missing_mesh_ids_size() > 0;
   });
-  if (!missing) return {mesh_summary(mesh->id(), call, preparation), true};
-  v1::UploadMeshResponse response = with_retries(call, {mesh->id()}, [&](const Endpoint& at) {
-    return upload_once(at, *mesh, mesh->id(), progress, call, preparation);
-  });
+  if (!missing && ids.size() == 1) return {mesh_summary(mesh->id(), call, preparation), true};
+  if (!missing) return {{}, true};
+  v1::UploadMeshResponse response = with_retries(
+      call, ids, [&](const Endpoint& at) { return upload_once(at, *mesh, ids.front(), progress, call, preparation); });
   return {std::move(*response.mutable_mesh()), response.already_cached()};
 }
 

@@ -125,7 +125,7 @@ struct SliceOutcome {
 };
 
 struct UploadOutcome {
-  v1::MeshSummary mesh;
+  v1::MeshSummary mesh;     // Empty if it was cached and another mesh chose the server.
   bool was_cached = false;  // Nothing was sent.
 };
 
@@ -147,8 +147,10 @@ class Client {
 
   v1::GetServerInfoResponse server_info(const CallOptions& call = {});
   /// Uploads the mesh unless the server holds it, and remembers it for later calls that find it missing.
+  /// `chosen_by`: the mesh whose server gets it, as that of a job does the job's volumes; by default itself.
   UploadOutcome ensure_uploaded(std::shared_ptr<const MeshBytes> mesh, const UploadProgress& progress = {},
-                                const CallOptions& call = {}, const PreparationReport& preparation = {});
+                                const CallOptions& call = {}, const PreparationReport& preparation = {},
+                                const std::string& chosen_by = {});
   /// Forgets the mesh and frees its bytes; the server keeps it. False if the client didn't remember it.
   bool forget(const std::string& mesh_id);
   /// A mesh that only the servers' store holds is prepared for that.

@@ -47,10 +47,20 @@ inline v1::SliceJob job_of(const std::string& mesh_id, const v1::Placement& plac
   return job;
 }
 
-/// The meshes of the job's parts, in their order.
+/// The volumes of these fields, in their order.
+inline std::vector<std::string> volume_ids_of(const google::protobuf::RepeatedPtrField<v1::Field>& fields) {
+  std::vector<std::string> ids;
+  for (const v1::Field& field : fields) {
+    if (field.has_volume()) ids.push_back(field.volume().volume_id());
+  }
+  return ids;
+}
+
+/// The meshes of the job's parts, in their order, then the volumes of its fields.
 inline std::vector<std::string> mesh_ids_of(const v1::SliceJob& job) {
   std::vector<std::string> ids;
   for (const v1::Part& part : job.parts()) ids.push_back(part.mesh_id());
+  for (const std::string& id : volume_ids_of(job.fields())) ids.push_back(id);
   return ids;
 }
 

@@ -6,9 +6,11 @@
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <openssl/sha.h>
+#include <zstd.h>
 
 #include <algorithm>
 #include <array>
+#include <new>
 #include <utility>
 
 #include "client/client_error.h"
@@ -18,7 +20,7 @@ namespace {
 
 constexpr std::string_view kPrefix = "sha256:";
 
-std::string serialize_deterministically(const v1::ControlMesh& mesh) {
+std::string serialize_deterministically(const google::protobuf::Message& mesh, const char* what = "the control mesh") {
   constexpr std::size_t kSlack = 64;  // The stream doubles the string when less than 16 bytes are left.
   std::string bytes;
   bytes.reserve(mesh.ByteSizeLong() + kSlack);
@@ -29,7 +31,7 @@ std::string serialize_deterministically(const v1::ControlMesh& mesh) {
   coded.Trim();
   if (!complete) {
     throw ClientError(grpc::StatusCode::INVALID_ARGUMENT, local_reason::kNotControlMesh,
-                      "the control mesh is too large to be serialized");
+                      std::string(what) + " is too large to be serialized");
   }
   return bytes;
 }
@@ -68,6 +70,19 @@ MeshBytes MeshBytes::from_serialized(std::string bytes) {
   MeshBytes result;
   result.id_ = mesh_id_of(bytes);
   result.bytes_ = std::move(bytes);
+  return result;
+}
+
+MeshBytes MeshBytes::of_volume(v1::Volume volume, std::string_view samples) {
+  constexpr int kFast = 1;
+  std::string& packed = *volume.mutable_samples_zstd();
+  packed.resize(ZSTD_compressBound(samples.size()));
+  const std::size_t size = ZSTD_compress(packed.data(), packed.size(), samples.data(), samples.size(), kFast);
+  if (ZSTD_isError(size) != 0) throw std::bad_alloc();
+  packed.resize(size);
+  MeshBytes result;
+  result.bytes_ = serialize_deterministically(volume, "the volume");
+  result.id_ = mesh_id_of(result.bytes_);
   return result;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// A control mesh ready to be uploaded: its serialized bytes and the mesh id that follows from them. The same mesh gives
-// the same bytes each time, so servers that hold it are recognized.
+// A control mesh, or a volume, ready to be uploaded: its serialized bytes and the id that follows from them. The same
+// mesh gives the same bytes each time, so servers that hold it are recognized.
 
 #pragma once
 
@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "ccslice/v1/mesh.pb.h"
+#include "ccslice/v1/volume.pb.h"
 
 namespace ccslice::client {
 
@@ -18,6 +19,9 @@ class MeshBytes {
   explicit MeshBytes(const v1::ControlMesh& mesh);
   /// Bytes as they are, for example from a .ccmesh file. Throws ClientError (NOT_CONTROL_MESH) unless they parse.
   static MeshBytes from_serialized(std::string bytes);
+  /// A volume of these samples, as Volume.samples_zstd says their order. `volume`: all but them. Throws ClientError
+  /// (NOT_CONTROL_MESH) if they are too large to be sent.
+  static MeshBytes of_volume(v1::Volume volume, std::string_view samples);
 
   const std::string& bytes() const noexcept { return bytes_; }
   /// "sha256:" and 64 hexadecimal digits.

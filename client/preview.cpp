@@ -118,9 +118,13 @@ std::optional<PreviewPicture> PreviewStream::next() {
 
 PreviewPicture Client::preview(const v1::PreviewRequest& request, const CallOptions& call) {
   const std::string mesh_id = mesh_id_of(request);
-  const bool is_layer = request.plane().has_layer();
-  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_,
-                    is_layer ? mesh_ids_of(request.plane().layer().job()) : std::vector{mesh_id});
+  std::vector<std::string> ids = volume_ids_of(request.fields());
+  if (request.plane().has_layer()) {
+    ids = mesh_ids_of(request.plane().layer().job());
+  } else {
+    ids.insert(ids.begin(), mesh_id);
+  }
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, std::move(ids));
   int reuploads = 0;
   return with_retries(call, attempts, reuploads, [&](const Endpoint&) {
     PreviewStream stream(attempts.endpoint(), mesh_id, call);

@@ -144,7 +144,9 @@ class Probing {
 void Client::probe(const v1::ProbePointsRequest& setting, const PointSource& next, const PointAnswers& take,
                    const CallOptions& call) {
   Probing probing(setting, next, take);
-  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, {setting.mesh_id()});
+  std::vector<std::string> ids = volume_ids_of(setting.fields());
+  ids.insert(ids.begin(), setting.mesh_id());
+  Attempts attempts(call.retry.value_or(retry_), call, *endpoints_, std::move(ids));
   int reuploads = 0;
   with_retries(call, attempts, reuploads, [&](const Endpoint& at) { probing.run(at, call, attempts); });
 }

@@ -35,6 +35,7 @@ readonly build=(
   liblzma-dev
   libminizip-dev
   libopenimageio-dev
+  libpng-dev
   libprotobuf-dev
   libpugixml-dev
   libspdlog-dev
@@ -178,6 +179,7 @@ readonly client=(
   liblz4-1
   liblzma5
   libminizip1
+  libpng16-16
   libprotobuf32
   libpugixml1v5
   libssl3

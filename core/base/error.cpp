@@ -33,6 +33,7 @@ std::string_view reason(ErrorCode code) {
     case ErrorCode::kMeshBadCellRegion: return "MESH_BAD_CELL_REGION";
     case ErrorCode::kMeshNonManifoldRegion: return "MESH_NON_MANIFOLD_REGION";
     case ErrorCode::kMeshBadMidNode: return "MESH_BAD_MID_NODE";
+    case ErrorCode::kVolumeInvalid: return "VOLUME_INVALID";
     case ErrorCode::kPitchInvalid: return "PITCH_INVALID";
     case ErrorCode::kGridTooLarge: return "GRID_TOO_LARGE";
     case ErrorCode::kPlacementSingular: return "PLACEMENT_SINGULAR";

@@ -16,9 +16,10 @@
 
 namespace ccslice {
 
-/// Numbered by segment: 1xx control mesh, 2xx slicing request, 3xx execution, 4xx files. Numbers never change meaning.
+/// Numbered by segment: 1xx control mesh or volume, 2xx slicing request, 3xx execution, 4xx files. Numbers never change
+/// meaning.
 enum class ErrorCode : int {
-  // 1xx: the control mesh.
+  // 1xx: the control mesh, or the volume.
   kMeshMalformed = 100,             // Bytes that don't parse.
   kMeshEmpty = 101,                 // No cells or no vertices.
   kMeshTooLarge = 102,              // More vertices, cells, channels, cell regions or bytes than the limits allow.
@@ -44,6 +45,7 @@ enum class ErrorCode : int {
   kMeshBadCellRegion = 122,         // Names of cell regions empty, repeated or too long; a number that is none of them.
   kMeshNonManifoldRegion = 123,     // A vertex where the cells of one region form neither balls nor half-balls.
   kMeshBadMidNode = 124,            // A mid-node of no edge, quadrilateral or hexahedron, or one too many.
+  kVolumeInvalid = 125,             // A volume that can't be read, or without the samples that it promises.
   // 2xx: the slicing request.
   kPitchInvalid = 200,            // Zero, negative or non-finite voxel pitch.
   kGridTooLarge = 201,            // More columns or rows than the limits allow.

@@ -42,6 +42,9 @@ constexpr std::string_view kTecplot =
     "this is a Tecplot file, which is not read; 'meshio convert --input-format tecplot part.dat part.vtk' (apt install "
     "meshio-tools)";
 
+constexpr std::string_view kSampledVolume =
+    "this is a volume of samples, not a mesh; give it beside a mesh: --volume NAME=FILE (docs/fields.md)";
+
 /// By the first bytes.
 constexpr Magic kMagics[] = {
     {"\xff\xfe", kUtf16},
@@ -55,6 +58,10 @@ constexpr Magic kMagics[] = {
      "the file is compressed with xz; unpack it first"},
     {"\x28\xb5\x2f\xfd", "the file is compressed with zstd; unpack it first"},
     {"7z\xbc\xaf", "this is a 7z archive; unpack it first"},
+    {"NRRD", kSampledVolume},
+    {"\x93NUMPY", kSampledVolume},
+    {"ObjectType = Image", kSampledVolume},
+    {{"\x5c\1\0\0", 4}, kSampledVolume},  // NIfTI.
     {{"\1\0\0\0", 4}, kMeditBinary},
     {{"\0\0\0\1", 4}, kMeditBinary},
     {"ISO-10303-21",

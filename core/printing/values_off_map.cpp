@@ -12,12 +12,10 @@
 #include "core/channel/channel_table.h"
 #include "core/channel/channel_values.h"
 #include "core/limit/limit_evaluator.h"
+#include "core/limit/solid_sampler.h"
 
 namespace ccslice {
 namespace {
-
-constexpr std::uint32_t kMostPoints = 4096;
-constexpr int kMostPerEdge = 8;
 
 std::optional<std::array<double, 2>> covered_by(const MaterialMap& map) {
   if (const auto* blend = std::get_if<BlendMap>(&map.kind)) {
@@ -44,35 +42,6 @@ std::size_t map_of(const Printing& printing, std::uint8_t region) {
   if (own == printing.cell_region_maps.end()) return 0;
   return 1 + static_cast<std::size_t>(own - printing.cell_region_maps.begin());
 }
-
-/// Volumes of cells, by points in a regular grid of their parameters; of evenly spread ones where there are many cells.
-class VolumeSampler {
- public:
-  explicit VolumeSampler(const LimitSolid& solid)
-      : solid_(solid),
-        step_(1 + (solid.cell_count() - 1) / kMostPoints),
-        per_edge_(std::clamp(static_cast<int>(std::cbrt(kMostPoints / solid.cell_count())), 1, kMostPerEdge)) {}
-
-  /// visit(cell, param, volume)
-  template <typename Visit>
-  void run(Visit&& visit) const {
-    LimitEvaluator evaluator(solid_);
-    const double points = per_edge_ * per_edge_ * per_edge_;
-    const auto at = [&](int i) { return (i + 0.5) / per_edge_; };
-    for (LimitCellId cell; cell < solid_.cell_count(); cell += step_) {
-      for (int k = 0; k < per_edge_ * per_edge_ * per_edge_; ++k) {
-        const CellParam param{cell,
-                              Vec3(at(k % per_edge_), at(k / per_edge_ % per_edge_), at(k / per_edge_ / per_edge_))};
-        visit(evaluator, param, std::abs(evaluator.sample(param).jacobian.determinant()) / points);
-      }
-    }
-  }
-
- private:
-  const LimitSolid& solid_;
-  std::uint32_t step_;
-  int per_edge_;
-};
 
 /// The solid's channels that a direct map without a material for the rest has the shares of; none of other maps, and of
 /// those with overrides, which may be where the fractions don't add up.
@@ -116,7 +85,7 @@ std::vector<ValuesOffMap> find_values_off_maps(const Printing& printing, const L
   }
   if (found.empty()) return found;
   std::vector<double> channels(all.channels().size()), volumes(maps.size());
-  VolumeSampler(solid).run([&](LimitEvaluator& evaluator, const CellParam& at, double volume) {
+  SolidSampler(solid).run([&](LimitEvaluator& evaluator, const CellParam& at, double volume) {
     const std::size_t map = map_of(printing, solid.region_of(solid.control_cell(at.cell)));
     evaluator.mat(at, std::span(channels).first(solid.channel_count()));
     if (!sources.empty()) {
@@ -159,7 +128,7 @@ std::vector<FractionsBelowOne> find_fractions_below_one(const Printing& printing
   }
   if (!some) return {};
   std::vector<double> channels(ranges.size()), volumes(maps.size());
-  VolumeSampler(solid).run([&](LimitEvaluator& evaluator, const CellParam& at, double volume) {
+  SolidSampler(solid).run([&](LimitEvaluator& evaluator, const CellParam& at, double volume) {
     const std::size_t map = map_of(printing, solid.region_of(solid.control_cell(at.cell)));
     volumes[map] += volume;
     if (found[map].map == nullptr) return;

@@ -22,8 +22,8 @@ _PICTURES = {"--background": VALUE, "--channel": VALUE, "--channel-tolerance": V
              "--all-channels": FLAG, "--cell-regions": FLAG, "--masks": FLAG, "--occupancy": FLAG,
              "--prove-channels": FLAG}
 _FIELDS = {"--cut-where": VALUE, "--field": VALUE}
-_MATERIALS = {"--halftone": VALUE, "--map": VALUE, "--material": VALUE, "--seed": VALUE, "--shell": VALUE,
-              "--strict": FLAG, "--where": VALUE}
+_MATERIALS = {"--density": VALUE, "--halftone": VALUE, "--map": VALUE, "--material": VALUE, "--seed": VALUE,
+              "--shell": VALUE, "--strict": FLAG, "--where": VALUE}
 _SERVICE = {"--attempts": VALUE, "--patience": VALUE, "--timeout": VALUE, "--quiet": FLAG}
 # `ccslice plan` doesn't know these.
 _OF_SLICE = {"--contours": VALUE, "--layers": VALUE, "--split": VALUE, "--contours-by-cell-region": FLAG,
@@ -39,6 +39,7 @@ REFUSED = {
                     "is for the worker's operator to say (CCSLICE_SERVER, ...): leave it out"),
     **dict.fromkeys(("--allow-includes", "--max-file-bytes"), "is about the worker's files: leave it out"),
     **dict.fromkeys(("--job", "--write-job"), "names a file: give the job's options instead"),
+    "--volume": "names a file, which workers don't have: write the values into the mesh as a channel",
     "--sharp-file": "names a file: write the edges into the mesh, ccslice convert MESH --sharp-file FILE -o NEW.ccmesh",
 }
 _UPLOADED = re.compile(r"sha256:[0-9a-f]{64}")

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -18,6 +20,7 @@
 #include "core/distance/distance_source.h"
 #include "core/formula/formula.h"
 #include "core/slicer/layer_slicer.h"
+#include "core/volume/volume_source.h"
 #include "tests/bench/bars.h"
 #include "tests/bench/clocks.h"
 #include "tests/bench/median.h"
@@ -125,12 +128,44 @@ void measure_formulas(BarTable& table) {
   }
 }
 
+/// 256^3 samples of 16 bits, read by rows of 500 voxels that cover 60 % of them.
+void measure_volumes(BarTable& table) {
+  constexpr std::uint32_t kSamples = 256, kVoxels = 500, kRows = 2000;
+  const VolumeShape shape{.samples = {kSamples, kSamples, kSamples}, .type = VolumeSampleType::kUint16};
+  std::vector<std::byte> bytes(shape.bytes());
+  std::mt19937 random(1);
+  for (std::byte& byte : bytes) byte = static_cast<std::byte>(random());
+  const auto volume = std::make_shared<const Volume>(shape, std::move(bytes));
+  const auto measured = [&](const VolumeReading& reading) {
+    const VolumeSource source({"v", 0, 65535}, volume, reading);
+    const double step = 0.6 * kSamples / kVoxels;
+    std::vector<float> values(kVoxels);
+    std::vector<double> times;
+    for (int turn = 0; turn < 5; ++turn) {
+      double ns = 0;
+      timed(ns, [&] {
+        for (std::uint32_t row = 0; row < kRows; ++row) {
+          const Vec3 first(0.2 * kSamples, 50 + 0.02 * row, 50 + 0.01 * row);
+          source.sample_row({first, Vec3(step, 0, 0), first, Vec3(step, 0, 0), 0, kVoxels}, {}, values);
+        }
+      });
+      times.push_back(ns / kRows / kVoxels);
+    }
+    return median(times);
+  };
+  VolumeReading turned;
+  turned.index_of_mm = Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  table.add("volumes, linear along the samples' axes", measured({}), "ns/voxel", Bound::kAtMost, 3);
+  table.add("volumes, linear and turned", measured(turned), "ns/voxel", Bound::kAtMost, 3);
+  table.note("volumes, nearest", measured({.nearest = true}), "ns/voxel");
+}
+
 }  // namespace
 }  // namespace ccslice::bench
 
 int main(int argc, char** argv) {
   using namespace ccslice::bench;
-  CLI::App app("Fields: jobs with a shell beside jobs without, the error of distances, the cost of formulas");
+  CLI::App app("Fields: jobs with a shell beside jobs without, the error of distances, the cost of formulas, volumes");
   std::uint32_t slabs = 8;
   int turns = 3;
   std::string json;
@@ -143,6 +178,7 @@ int main(int argc, char** argv) {
     measure_shells(slabs, turns, table);
     measure_error(table);
     measure_formulas(table);
+    measure_volumes(table);
     if (!json.empty()) table.write_json(json);
     return table.missed() == 0 ? 0 : 1;
   } catch (const std::exception& error) {

@@ -40,7 +40,9 @@ inline google::protobuf::Value json_at(const std::string& text, const std::strin
     google::protobuf::Value inner;
     if (const auto& fields = value.struct_value().fields(); fields.contains(name)) {
       inner = fields.at(name);
-    } else if (const auto& items = value.list_value().values(); !items.empty() && name < std::to_string(items.size())) {
+    } else if (const auto& items = value.list_value().values();
+               !items.empty() && name.find_first_not_of("0123456789") == std::string::npos &&
+               std::stoi(name) < items.size()) {
       inner = items[std::stoi(name)];
     } else {
       ADD_FAILURE() << "no " << path << " in " << text;

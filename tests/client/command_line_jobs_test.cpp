@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "client/cli/base/exit_codes.h"
+#include "core/base/read_file.h"
 
 namespace ccslice::client {
 namespace {
@@ -70,6 +71,30 @@ TEST_F(CommandLine, EstimatesCostsFromSomeLayers) {
       EXPECT_NEAR(of(planned.out, "costs.materials"), of(sliced.out, "materials"), layers == 8 ? 1e-12 : 0.03);
     }
   }
+}
+
+TEST_F(CommandLine, WeighsMaterials) {
+  std::vector<std::string> slice = {
+      "slice",        box_,         "--pitch",      "2",        "--material",
+      "hard=#101010", "--material", "soft=#f0f0f0", "--map",    "blend:gradient:0=hard,1=soft",
+      "--density",    "hard=1.25",  "-o",           path("out")};
+  const ProcessResult sliced = run(slice);
+  ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
+  EXPECT_THAT(sliced.out + sliced.err, testing::HasSubstr(" g, soft"));
+  const std::string manifest = read_file_bytes(path("out/manifest.json"), 1 << 20);
+  EXPECT_NEAR(json_at(manifest, "materials.0.grams").number_value(),
+              1.25 * json_at(manifest, "materials.0.volume_cm3").number_value(), 1e-12);
+  EXPECT_EQ(json_at(manifest, "slice_job.printing.materials.0.density_g_per_cm3").number_value(), 1.25);
+  const auto refuses = [&](const std::string& density, const std::string& part) {
+    slice[slice.size() - 3] = density;
+    const ProcessResult refused = run(slice);
+    EXPECT_EQ(refused.exit_code, cli::kExitUsage);
+    EXPECT_THAT(refused.err, testing::HasSubstr(part));
+  };
+  refuses("0", "weighs nothing");
+  refuses("hard=-1", "weighs nothing");
+  refuses("hrad=1", "there is no --material 'hrad'");
+  refuses("hard=x", "--density");
 }
 
 TEST_F(CommandLine, TakesMeshesOfAJobFromFilesBesideIt) {

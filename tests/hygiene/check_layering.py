@@ -23,7 +23,7 @@ NOISE = re.compile(r"std::(cout|cerr|clog|exit|abort|terminate|quick_exit)\b|(?<
 RPC = r"(grpc|grpcpp|google|proto|ccslice/v1|ccslice)/|.*\.(grpc\.)?pb\.h$"
 
 CLI_USES = (
-    r"core/((base|mesh|mesh_import|mesh_files|mesh_authoring|models)/|(job/printer_profile|output/png|output/region_colours"
+    r"core/((base|mesh|mesh_import|mesh_files|mesh_authoring|models|volume_files)/|(job/printer_profile|output/png|output/region_colours"
     r"|prepare/(bezier_cells|deviation|preparation_progress|prepare_solid)|subdivision/refined_mesh|vertex_fit/vertex_fit)"
     r"\.h$)"
 )

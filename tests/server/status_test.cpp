@@ -34,7 +34,7 @@ TEST(ToStatus, EveryCoreErrorHasAStatusAndTheContractsReason) {
     EXPECT_EQ(failure.ids, "3,5");
     EXPECT_EQ(failure.message, "message");
   }
-  EXPECT_EQ(reasons, 79);
+  EXPECT_EQ(reasons, 80);
 }
 
 TEST(ToStatus, EveryServiceErrorHasAStatusAndTheContractsReason) {

@@ -15,7 +15,7 @@ struct FieldOption {
 };
 
 /// The first row that fits counts.
-constexpr std::array<FieldOption, 49> kOptions = {{
+constexpr std::array<FieldOption, 50> kOptions = {{
     {"printer", "--printer"},
     {"grid.pitch", "--pitch"},
     {"grid.extent", "--extent"},
@@ -36,7 +36,8 @@ constexpr std::array<FieldOption, 49> kOptions = {{
     {"planes[].cell_regions", "--cell-regions"},
     {"planes[].encoding", "--encoding"},
     {"planes", "--channel"},
-    {"fields", "--field, --cut-where or --shell"},
+    {"fields[].volume", "--volume"},
+    {"fields", "--field, --volume, --cut-where or --shell"},
     {"cut", "--cut-where"},
     {"overlaps", "--overlaps"},
     {"printing.materials", "--material"},

@@ -164,6 +164,7 @@ void run_probe(Session& session, const ProbeOptions& options) {
   *setting.mutable_placement() = parse_placement(options.placement);
   *setting.mutable_fields() = parse_fields(options.fields);
   setting.set_mesh_id(ensure_on_server(session, options.mesh, options.placement));
+  put_volumes_on_server(session, setting.mesh_id(), *options.fields.loaded);
   const v1::MeshSummary mesh = session.client().mesh_summary(setting.mesh_id(), session.call());
   std::vector<std::string> channels;
   for (const v1::Channel& channel : mesh.channels()) channels.push_back(channel.name());

@@ -80,6 +80,18 @@ v1::LimitDeviation deviation_to_tell(const v1::PlanSlicesResponse& plan) {
   return deviation;
 }
 
+std::string describe_volume(const v1::VolumeSummary& volume) {
+  std::string text = "\n  volume     " + show_count(volume.samples_i()) + " x " + show_count(volume.samples_j()) +
+                     " x " + show_count(volume.samples_k()) + " samples";
+  for (int c = 0; c < volume.channels_size(); ++c) {
+    const v1::VolumeChannel& channel = volume.channels(c);
+    text += "\n  channel    " + std::to_string(c) + ": " + show_number(channel.min_sample()) + " to " +
+            show_number(channel.max_sample());
+    if (channel.nan_samples() > 0) text += ", " + show_count(channel.nan_samples()) + " NaN";
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string describe(const v1::Box3& box) {
@@ -123,6 +135,10 @@ std::string describe(const v1::CellRegion& region) {
 
 std::string describe(const v1::MeshSummary& mesh) {
   std::string text = echoed(mesh.mesh_id(), kMeshIdBytes);
+  if (mesh.has_volume()) {
+    return text + describe_volume(mesh.volume()) + "\n  memory     " + show_bytes(mesh.memory_bytes()) +
+           " on the server";
+  }
   text += "\n  control    " + show_count(mesh.control_cells(), "cell") + ", " +
           show_count(mesh.control_vertices(), "vertex") + ", " + show_count(mesh.sharp_edges(), "sharp edge");
   text += "\n  irregular  " + show_count(mesh.extraordinary_edges(), "extraordinary edge") + ", " +

@@ -25,7 +25,7 @@ namespace {
 /// The job of a file, which says all of it.
 v1::SliceJob job_of_file(const JobOptions& options) {
   for (const CLI::Option* option : options.said_in_files) {
-    if (option->count() == 0) continue;
+    if (option->count() == 0 || option->get_name() == "--volume") continue;
     throw UsageError(option->get_name() + ": --job says the whole job; leave the option out, or change the file");
   }
   v1::SliceJob job = read_job_file(options.file);
@@ -86,7 +86,8 @@ void add_job_file_option(CLI::App& app, JobOptions& options, CommonOptions& comm
          "--job", take_file,
          "Take the whole job from this file, a SliceJob in JSON as --write-job writes it, in place of options. "
          "Its parts name their meshes by id, or by paths beside the file; MESH and MORE say where meshes are "
-         "that the server may lack, one for each part. A job's file in place of MESH is taken alike")
+         "that the server may lack, one for each part, and --volume NAME=FILE where volumes are. A job's file in place "
+         "of MESH is taken alike")
       ->group("Job");
   app.parse_complete_callback([&] { take_job_for_mesh(options, common); });
 }
@@ -188,6 +189,7 @@ v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {
 
 PartNumbers put_on_server(Session& session, const JobOptions& options, v1::SliceJob& job) {
   PartNumbers numbers;
+  load_volumes_of_job(options.file, options.fields.volumes, job, *options.fields.loaded);
   for (int p = 0; p < job.parts_size(); ++p) {
     MeshOptions mesh = options.mesh;
     mesh.mesh = mesh_of_part(options, job, p);
@@ -205,6 +207,7 @@ PartNumbers put_on_server(Session& session, const JobOptions& options, v1::Slice
     job.mutable_parts(p)->set_mesh_id(id);
     numbers.push_back(session.file_numbers());
   }
+  if (!job.parts().empty()) put_volumes_on_server(session, job.parts(0).mesh_id(), *options.fields.loaded);
   if (job.parts_size() > 1) session.forget_file();  // What the server says is of any of the parts.
   if (!options.written_file.empty()) write_job_file(options.written_file, job);
   return numbers;

@@ -60,8 +60,8 @@ v1::SliceJob job_of(JobOptions options, const ContourFiles& contours);
 /// By part: what its file calls vertices and cells.
 using PartNumbers = std::vector<std::optional<FileNumbers>>;
 
-/// Puts the job's meshes on the server, and writes the job's file if one is wanted. How near a fit has to come to its
-/// vertices follows from the voxels.
+/// Puts the job's meshes and volumes on the server, and writes the job's file if one is wanted. How near a fit has to
+/// come to its vertices follows from the voxels.
 PartNumbers put_on_server(Session& session, const JobOptions& options, v1::SliceJob& job);
 
 /// By part: what a job that is to be written to `job_file` calls its mesh, so that `ccslice slice` finds it there: a

@@ -40,6 +40,21 @@ v1::Field parse_field(std::string_view text) {
   return field;
 }
 
+void add_volume_option(CLI::App& command, FieldOptions& options) {
+  const OptionGroup group(command, "Fields");
+  command
+      .add_option("--volume", options.volumes,
+                  "Values from samples on a grid, NAME=FILE: a .nrrd, .mha, .mhd, .nii, .nii.gz or .npy file, or a "
+                  "folder or pattern ('scan/*.png') of .png pictures. --channel, --map and fields "
+                  "then name it like a channel. Options follow behind colons: --volume 'hu=scan.nrrd:outside=-1000'. "
+                  "outside=VALUE "
+                  "where there are no samples (default: 0); nearest for labels; channel=N, from 0; spacing=MM or "
+                  "spacing=X,Y,Z and origin=X,Y,Z for the centre of the first sample, in mm; fill to fill the box "
+                  "round the part; ras, x to the right and y to the front; xyz for arrays whose first axis is x. "
+                  "world:NAME=FILE lies in the grid's frame. May be repeated")
+      ->allow_extra_args(false);
+}
+
 }  // namespace
 
 void add_field_options(CLI::App& command, FieldOptions& options) {
@@ -51,6 +66,7 @@ void add_field_options(CLI::App& command, FieldOptions& options) {
                   "z are the mesh's own; with world:NAME=FORMULA those of the grid. docs/fields.md has the language. "
                   "May be repeated")
       ->allow_extra_args(false);
+  add_volume_option(command, options);
 }
 
 void add_cut_option(CLI::App& command, FieldOptions& options) {
@@ -62,6 +78,7 @@ void add_cut_option(CLI::App& command, FieldOptions& options) {
 
 google::protobuf::RepeatedPtrField<v1::Field> parse_fields(const FieldOptions& options) {
   google::protobuf::RepeatedPtrField<v1::Field> fields;
+  for (const std::string& text : options.volumes) *fields.Add() = parse_volume(text, *options.loaded);
   for (const std::string& text : options.fields) *fields.Add() = parse_field(text);
   if (options.cut.empty()) return fields;
   v1::Field& cut = *fields.Add();

@@ -312,6 +312,28 @@ v1::HalftoneMethod method_of(const std::string& name) {
   return v1::HALFTONE_METHOD_BLUE_NOISE;
 }
 
+double parse_density(std::string_view text) {
+  const double density = parse_number("--density", text);
+  if (density > 0) return density;
+  throw UsageError("--density: a material of " + std::string(text) +
+                   " g/cm3 weighs nothing; leave it out if it isn't known");
+}
+
+void set_density(std::string_view text, v1::Printing& printing) {
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string_view::npos) {
+    const double density = parse_density(text);
+    for (v1::PrintMaterial& material : *printing.mutable_materials()) material.set_density_g_per_cm3(density);
+    return;
+  }
+  const std::string name(text.substr(0, equals));
+  const auto named = std::ranges::find(*printing.mutable_materials(), name, &v1::PrintMaterial::name);
+  if (named == printing.mutable_materials()->end()) {
+    throw UsageError("--density: there is no --material '" + name + "'");
+  }
+  named->set_density_g_per_cm3(parse_density(text.substr(equals + 1)));
+}
+
 }  // namespace
 
 void add_printing_options(CLI::App& command, PrintingOptions& options) {
@@ -325,6 +347,12 @@ void add_printing_options(CLI::App& command, PrintingOptions& options) {
                           "). May be "
                           "repeated, up to 8 times. Writes a picture with one material for each voxel")
           ->allow_extra_args(false);
+  command
+      .add_option("--density", options.densities,
+                  "Grams of a cubic centimetre, to weigh what is printed: NAME=1.18, or 1.18 for all materials. May be "
+                  "repeated")
+      ->allow_extra_args(false)
+      ->needs(material);
   command
       .add_option(
           "--map", options.maps,
@@ -389,6 +417,7 @@ std::optional<v1::Printing> parse_printing(const PrintingOptions& options) {
     material.set_name(name);
     material.set_rgba(parse_colour("--material", colour));
   }
+  for (const std::string& text : options.densities) set_density(text, printing);
   if (!options.background.empty()) printing.set_background_rgba(parse_colour("--background", options.background));
   parse_maps(options.maps, printing);
   parse_overrides(options, printing);

@@ -23,7 +23,8 @@ struct PrintingOptions {
   std::string halftone = "blue-noise";
   std::uint64_t seed = 0;
   bool strict = false;
-  std::string background;  // #RRGGBB[AA].
+  std::string background;                // #RRGGBB[AA].
+  std::vector<std::string> densities{};  // NAME=G, or G for all.
 };
 
 void add_printing_options(CLI::App& command, PrintingOptions& options);

@@ -5,6 +5,7 @@
 
 #include "client/cli/base/message_json.h"
 #include "client/cli/output/documents.h"
+#include "client/cli/output/material_amounts.h"
 #include "client/plane_encodings.h"
 
 namespace ccslice::cli {
@@ -97,8 +98,9 @@ void count_voxels(const client::SliceOutcome& counts, v1::Manifest& manifest) {
     const auto index = static_cast<std::size_t>(m);
     const bool counted = index < counts.material_voxels.size();
     const std::uint64_t voxels = counted ? counts.material_voxels[index] : 0;
-    manifest.mutable_materials(m)->set_voxel_count(voxels);
-    manifest.mutable_materials(m)->set_volume_cm3(voxel_cm3 * static_cast<double>(voxels));
+    const v1::Printing& printing = manifest.slice_job().printing();
+    const v1::PrintMaterial material = m < printing.materials_size() ? printing.materials(m) : v1::PrintMaterial();
+    set_amount(voxels, voxel_cm3, material, *manifest.mutable_materials(m));
   }
 }
 

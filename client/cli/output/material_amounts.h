@@ -16,6 +16,8 @@ namespace ccslice::cli {
 
 double cm3_of(std::uint64_t voxels, const client::SliceOutcome& outcome);
 std::string show_cm3(double cm3);
+/// Sets how much of a material there is, voxels of so many cm3 each.
+void set_amount(std::uint64_t voxels, double voxel_cm3, const v1::PrintMaterial& material, v1::MaterialVoxels& amount);
 /// In the printing's order; none if no plane shows materials.
 std::vector<v1::MaterialVoxels> materials_of(const client::SliceOutcome& outcome);
 /// Names, volumes and shares of so many voxels inside, in one line.

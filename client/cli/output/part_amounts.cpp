@@ -34,12 +34,13 @@ std::vector<v1::PartAmount> part_amounts(const v1::SliceJob& job, const client::
     if (p < job.parts_size()) amount.set_name(job.parts(p).name().empty() ? "part" : job.parts(p).name());
     amount.set_voxel_count(part.voxel_count());
     amount.set_volume_cm3(voxel_cm3 * static_cast<double>(part.voxel_count()));
-    const std::size_t count = std::min(materials.size(), static_cast<std::size_t>(part.material_voxels_size()));
+    const std::size_t known = std::min(materials.size(), static_cast<std::size_t>(job.printing().materials_size()));
+    const std::size_t count = std::min(known, static_cast<std::size_t>(part.material_voxels_size()));
     for (std::size_t m = 0; m < count; ++m) {
       const std::uint64_t voxels = part.material_voxels(static_cast<int>(m));
       v1::MaterialVoxels& counted = *amount.add_materials() = materials[m];
-      counted.set_voxel_count(voxels);
-      counted.set_volume_cm3(voxel_cm3 * static_cast<double>(voxels));
+      counted.clear_grams();
+      set_amount(voxels, voxel_cm3, job.printing().materials(static_cast<int>(m)), counted);
     }
   }
   return amounts;

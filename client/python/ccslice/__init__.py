@@ -30,8 +30,10 @@ from .points import Evaluation, Probe
 from .preview import Plane, Preview
 from .printing import Printing, blend, calibration, direct, where
 from .surface import Surface
+from .volume import Volume
 
 __all__ = [
     "AnswerError", "CallError", "Client", "Error", "Evaluation", "Field", "Layer", "LocalServerError", "Mesh",
-    "Part", "Plane", "Preview", "Printing", "Probe", "Surface", "__version__", "blend", "calibration", "direct", "where"
+    "Part", "Plane", "Preview", "Printing", "Probe", "Surface", "Volume", "__version__", "blend", "calibration",
+    "direct", "where"
 ]

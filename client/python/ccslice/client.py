@@ -15,7 +15,7 @@ import numpy as np
 from .arguments import floats, number_pair, pair, triple, whole_numbers
 from .connection import Calls, Identity, is_mesh_id, proxy_hint
 from .errors import AnswerError, CallError, call_error, require_answer
-from .fields import Fields, add_fields
+from .fields import Fields, TakenFields, add_fields, taken
 from .layers import Assembler, Layer
 from .local_server import LocalServer
 from .mesh import Mesh
@@ -25,6 +25,7 @@ from .preview import Plane, Preview, PreviewAssembler, content_message, plane_me
 from .printing import Printing, material_map
 from .surface import Surface
 from .v1 import info_pb2, job_pb2, mesh_pb2, plan_pb2, points_pb2, preview_pb2, slice_pb2, surface_pb2
+from .volume import Volume
 
 _LOG = logging.getLogger("ccslice")
 _DEFAULT_ADDRESS = "localhost:50051"
@@ -142,6 +143,10 @@ class _Attempts:
             ready.cancel()
 
 
+def _first_mesh(job: job_pb2.SliceJob) -> str:
+    return job.parts[0].mesh_id if job.parts else ""
+
+
 class Client:
     """A connection to a server. A context manager: close() ends it, and a server that was started for it.
 
@@ -165,7 +170,7 @@ class Client:
             raise ValueError("local=True starts a server, so it goes with no address")
         self._patience_s = patience_s
         self._identity = Identity(ca, cert, key, token_file)
-        self._meshes: Dict[str, Mesh] = {}
+        self._meshes: Dict[str, Union[Mesh, Volume]] = {}  # The server may ask for them again.
         self._server: Optional[LocalServer] = None
         chosen = address or os.environ.get("CCSLICE_SERVER", "")
         if local:
@@ -229,7 +234,7 @@ class Client:
     def plan(self, mesh: Meshes, pitch: Optional[Pitch] = None, **job: Any) -> plan_pb2.PlanSlicesResponse:
         """What slicing would give: grid, layers, sizes, warnings. Takes what slice() takes, but layers."""
         request = plan_pb2.PlanSlicesRequest(job=self.job(mesh, pitch, **job))
-        return self._call(lambda: self._stub.PlanSlices(request))
+        return self._call(lambda: self._stub.PlanSlices(request), chosen_by=_first_mesh(request.job))
 
     def job(self, mesh: Meshes, pitch: Optional[Pitch] = None, **job: Any) -> job_pb2.SliceJob:
         """The job as the contract's message, which plan() and slice() take in place of a mesh. Takes what they take,
@@ -250,7 +255,8 @@ class Client:
         layers: a range of them, counted in the grid, such as range(0, 10) for the first ten; default: all.
         channels: names, as float32; or {name: "uint8", "uint16" or "float32"}, integers over the channel's range.
         value_ranges: {channel: (low, high)} that integers stand for instead.
-        fields: {name: a formula, or a Field}, values that channels and printing then name like channels.
+        fields: {name: a formula, a Field, a Volume, or an array of samples that fill the box round the part}, values
+            that channels and printing then name like channels.
         cut: name of a channel or field; voxels where it is above 0.5 are as outside the part.
         outside: what channels hold outside the part, an integer as it is stored or a float; default: 0.
         occupancy: whether to say which voxels are inside; default: if nothing else is asked for.
@@ -268,7 +274,8 @@ class Client:
         """
         layers = _checked_layers(layers)
         described = self.job(mesh, pitch, **job)
-        plan = self._call(lambda: self._stub.PlanSlices(plan_pb2.PlanSlicesRequest(job=described)))
+        plan = self._call(lambda: self._stub.PlanSlices(plan_pb2.PlanSlicesRequest(job=described)),
+                          chosen_by=_first_mesh(described))
         first = plan.region.first_layer if plan.HasField("region") else 0
         if layers is None:
             layers = range(first, first + plan.layer_count)
@@ -279,11 +286,12 @@ class Client:
         """What is at points (n, 3), in the placed part's frame: values of the mesh's channels, and of fields."""
         points = _points("points_mm", points_mm)
         mesh_id = self._mesh_id(mesh)
-        names = [*self._channel_names(mesh_id), *(fields or {})]
+        kinds = self._fields(fields, mesh_id)
+        names = [*self._channel_names(mesh_id), *kinds]
 
         def request(part: np.ndarray) -> points_pb2.ProbePointsRequest:
             message = points_pb2.ProbePointsRequest(mesh_id=mesh_id, points_mm=part.ravel().tolist())
-            add_fields(message, fields or {})
+            add_fields(message, kinds)
             _place(message, placement)
             if contour_tolerance_mm is not None:
                 message.contour_tolerance_mm = contour_tolerance_mm
@@ -353,6 +361,7 @@ class Client:
         A call that breaks isn't repeated, as the planes are gone: CallError.
         """
         mesh_id = self._mesh_id(mesh)
+        kinds = self._fields(fields, mesh_id)
         content = content_message(channel, colours, value_range, printing is not None, lines)
         width, height = pair("size", size, "two numbers, width and height")
         shown = threading.Semaphore(1)
@@ -364,7 +373,7 @@ class Client:
                                                  height=height, content=content, coarse=coarse, contours=contours,
                                                  cut=cut,
                                                  encoding=preview_pb2.PREVIEW_ENCODING_RGBA)
-            add_fields(message, fields or {})
+            add_fields(message, kinds)
             if number == 1:
                 message.mesh_id = mesh_id
                 _place(message, placement)
@@ -417,13 +426,26 @@ class Client:
             self.upload(mesh)
         return mesh.id
 
+    def _fields(self, fields: Optional[Fields], chosen_by: str) -> TakenFields:
+        """Uploads volumes that this client hasn't yet, to the server of the mesh `chosen_by`."""
+        kinds = taken(fields)
+        for field in kinds.values():
+            if isinstance(field, Volume) and field.id not in self._meshes:
+                self._meshes[field.id] = field
+                self._call(lambda volume=field: self._upload_once(volume, chosen_by=chosen_by))  # type: ignore[misc]
+        return kinds
+
     def _channel_names(self, mesh_id: str) -> List[str]:
-        if mesh_id in self._meshes:
-            return self._meshes[mesh_id].channel_names
+        mesh = self._meshes.get(mesh_id)
+        if isinstance(mesh, Mesh):
+            return mesh.channel_names
         summary = self._call(lambda: self._stub.GetMesh(mesh_pb2.GetMeshRequest(mesh_id=mesh_id))).mesh
         return [channel.name for channel in summary.channels]
 
-    def _upload_once(self, mesh: Mesh, on_preparation: Optional[OnPreparation] = None) -> mesh_pb2.MeshSummary:
+    def _upload_once(self, mesh: Union[Mesh, Volume],
+                     on_preparation: Optional[OnPreparation] = None,
+                     chosen_by: str = "") -> mesh_pb2.MeshSummary:
+        """chosen_by: the mesh whose server gets it, if not its own: proxies choose by that."""
         def messages() -> Iterator[mesh_pb2.UploadMeshRequest]:
             start = mesh_pb2.UploadStart(mesh_id=mesh.id, size_bytes=len(mesh.content))
             yield mesh_pb2.UploadMeshRequest(start=start)
@@ -431,7 +453,7 @@ class Client:
                 yield mesh_pb2.UploadMeshRequest(chunk=mesh.content[at:at + _CHUNK_BYTES])
 
         try:
-            upload = self._stub.begin_upload(messages(), mesh.id)
+            upload = self._stub.begin_upload(messages(), chosen_by or mesh.id)
             try:
                 if on_preparation is not None:
                     self._watch(upload, mesh.id, on_preparation)
@@ -442,7 +464,7 @@ class Client:
             if failed.code() != grpc.StatusCode.CANCELLED:
                 raise
             # Where the server holds the mesh it answers before it has read all, and some proxies make a reset of that.
-            return self._stub.GetMesh(mesh_pb2.GetMeshRequest(mesh_id=mesh.id), mesh.id).mesh
+            return self._stub.GetMesh(mesh_pb2.GetMeshRequest(mesh_id=mesh.id), chosen_by or mesh.id).mesh
 
     def _watch(self, upload: grpc.Future, mesh_id: str, on_preparation: OnPreparation) -> None:
         """Tells how far the mesh is until its upload is over, or there is no use in asking."""
@@ -480,14 +502,14 @@ class Client:
             error.args = (str(error) + proxy_hint(self.address), )
         return error
 
-    def _call(self, body: Callable[[], Result], attempts: Optional[_Attempts] = None) -> Result:
-        """Repeats what passes, and uploads what the server has lost."""
+    def _call(self, body: Callable[[], Result], attempts: Optional[_Attempts] = None, chosen_by: str = "") -> Result:
+        """Repeats what passes, and uploads what the server has lost. chosen_by: the mesh of the call."""
         attempts = attempts or _Attempts(self._channel, self._patience_s)
-        missing: Optional[Mesh] = None
+        missing: Optional[Union[Mesh, Volume]] = None
         while True:
             try:
                 if missing is not None:
-                    self._upload_once(missing)
+                    self._upload_once(missing, chosen_by=chosen_by)
                     missing = None
                 return body()
             except grpc.RpcError as failed:
@@ -508,7 +530,6 @@ class Client:
              overlaps: str = "priority", snap: bool = False, fields: Optional[Fields] = None,
              cut: str = "") -> job_pb2.SliceJob:
         job = job_pb2.SliceJob(cut=cut, snap=snap)
-        add_fields(job, fields or {})
         if pitch is not None:
             size = job.grid.pitch
             size.x_mm, size.y_mm, size.z_mm = _triple("pitch", pitch)
@@ -545,6 +566,7 @@ class Client:
             raise ValueError(f"overlaps is one of {', '.join(_OVERLAPS)}, not {overlaps!r}")
         job.overlaps = _OVERLAPS[overlaps]
         self._add_parts(job, mesh, placement)
+        add_fields(job, self._fields(fields, _first_mesh(job)))
         return job
 
     def _add_parts(self, job: job_pb2.SliceJob, mesh: Meshes, placement: Any) -> None:
@@ -619,7 +641,7 @@ class Client:
                     calls = self._stub.SliceRange(request)
                     return calls, next(calls, None)
 
-                stream, first = self._call(open_stream, attempts)
+                stream, first = self._call(open_stream, attempts, chosen_by=_first_mesh(job))
                 try:
                     for layer in _layers_of(stream, first, request, plan):
                         attempts.progress()
@@ -653,7 +675,8 @@ class Client:
             require_answer(len(given) == len(batches), "the server left points unanswered")
             return given
 
-        return self._call(lambda: _read(method((request(batch) for batch in batches), mesh_id), answers))
+        return self._call(lambda: _read(method((request(batch) for batch in batches), mesh_id), answers),
+                          chosen_by=mesh_id)
 
 
 def _matrix(placement: Any) -> List[float]:

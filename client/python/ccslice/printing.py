@@ -92,17 +92,25 @@ class Printing:
     halftone: "blue-noise", "error-diffusion", "largest-fraction" or "white-noise". seed: another pattern of the same
         fractions.
     strict: whether values that give no fractions are refused instead of clamped.
+    densities: {name: grams of a cubic centimetre}, for reports.
     """
 
     def __init__(self, materials: Mapping[str, Colour], map: Union[material_pb2.MaterialMap, str, None] = None, *,
                  region_maps: Optional[Mapping[str, Union[material_pb2.MaterialMap, str]]] = None,
-                 halftone: str = "blue-noise", seed: int = 0, strict: bool = False):
+                 halftone: str = "blue-noise", seed: int = 0, strict: bool = False,
+                 densities: Optional[Mapping[str, float]] = None):
         if halftone not in _METHODS:
             raise ValueError(f"halftone is one of {', '.join(_METHODS)}, not {halftone!r}")
         self.material_names = list(materials)
         self.message = material_pb2.Printing()
         for name, colour in materials.items():
             self.message.materials.add(name=name, rgba=_rgba(colour))
+        for name, density in (densities or {}).items():
+            if name not in materials:
+                raise ValueError(f"densities names {name!r}, which is none of the materials")
+            if not 0 < density < float("inf"):
+                raise ValueError(f"densities[{name!r}] is a number of grams above 0, not {density!r}")
+            self.message.materials[self.material_names.index(name)].density_g_per_cm3 = density
         if map is not None:
             self.message.map.CopyFrom(material_map(map, strict))
         for region, own in (region_maps or {}).items():

@@ -53,8 +53,9 @@ namespace ccslice::server {
 /// `Solver`, of one thread at a time, has the types Request, Response and Setting, and
 ///
 ///     Solver(MeshPtr);
-///     static void accept(const Request&, const std::shared_ptr<const LimitSolid>&, const SliceLimits&,
-///                        Setting&);                                                          // Throws.
+///     static std::vector<std::string> volume_ids(const Request&);                            // Throws.
+///     static void accept(const Request&, const std::shared_ptr<const LimitSolid>&, const Volumes&,
+///                        const SliceLimits&, Setting&);                                      // Throws.
 ///     void answer(const Setting&, const Request&, Response&, const CancellationToken&);      // Throws.
 ///     static constexpr std::uint64_t kBytes;                                                 // What it holds, about.
 ///     static std::size_t points(const Request&);
@@ -318,12 +319,12 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     lane_.post([this, self = this->shared_from_this(), batch] { take(batch); });
   }
 
-  void accept(Batch& batch) {
+  void accept(Batch& batch, const Volumes& volumes) {
     if (!batch.request.mesh_id().empty() && batch.request.mesh_id() != mesh_->id()) {
       throw ServiceError(ServiceErrorCode::kRequestMalformed,
                          "mesh_id changes within the call: make another call for another mesh", "mesh_id");
     }
-    Solver::accept(batch.request, mesh_->solid(), state_.slice_limits, setting_);
+    Solver::accept(batch.request, mesh_->solid(), volumes, state_.slice_limits, setting_);
     batch.setting = setting_;
     batch.is_accepted = true;
   }
@@ -436,23 +437,34 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
 
   // On workers, without the mutex.
 
-  /// Parses a message, for which gRPC's threads have no time, and finds the mesh for the first one.
+  /// Parses a message, for which gRPC's threads have no time, and finds the mesh for the first one, and volumes.
   void take(const BatchPtr& batch) {
+    std::vector<std::string> ids;
     try {
       parse_request(batch->raw, batch->request);
       require_known_fields(batch->request);
+      ids = Solver::volume_ids(batch->request);
     } catch (...) {
-      return taken(batch, nullptr, std::current_exception());
+      return taken(batch, {}, std::current_exception());
     }
-    if (mesh_) return taken(batch, mesh_, nullptr);
-    this->with_mesh(
-        lane_, batch->request.mesh_id(),
-        [this, batch](const MeshPtr& mesh, const std::exception_ptr& error) { taken(batch, mesh, error); },
-        Base::WhileMeshComes::kHasNoPlace);
+    if (mesh_ && ids.empty()) return taken(batch, {mesh_}, nullptr);
+    if (!mesh_) ids.insert(ids.begin(), batch->request.mesh_id());
+    this->with_meshes(
+        lane_, ids,
+        [this, batch](const std::vector<MeshPtr>& loaded, const std::exception_ptr& error) {
+          std::vector<MeshPtr> meshes = loaded;
+          if (mesh_ && !error) {
+            meshes.insert(meshes.begin(), mesh_);
+            this->note_meshes(meshes);
+          }
+          taken(batch, meshes, error);
+        },
+        mesh_ ? Base::WhileMeshComes::kKeepsPlace : Base::WhileMeshComes::kHasNoPlace);  // Batches may be at work.
     if (cancel_.cancelled()) this->stop_loading();  // Cancelled before there was anything to stop.
   }
 
-  void taken(const BatchPtr& batch, const MeshPtr& mesh, const std::exception_ptr& error) {
+  /// `meshes`: the call's, then the volumes of the message.
+  void taken(const BatchPtr& batch, const std::vector<MeshPtr>& meshes, const std::exception_ptr& error) {
     Hold hold(mutex_);
     --working_;
     batch->is_begun = is_taking_ = false;
@@ -460,10 +472,11 @@ class BatchCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, ty
     try {
       if (error) std::rethrow_exception(error);
       if (!mesh_) {
-        mesh_ = mesh;  // Once: workers read it.
-        if (!is_over_) log_.note_mesh(mesh->id());
+        (void)meshes.front()->solid();
+        mesh_ = meshes.front();  // Once: workers read it.
+        if (!is_over_) log_.note_mesh(mesh_->id());
       }
-      accept(*batch);
+      accept(*batch, volumes_of(meshes));
     } catch (...) {
       fail(*batch, std::current_exception());
     }

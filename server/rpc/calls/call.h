@@ -140,6 +140,16 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
   }
   void give_place_back() { state_.admission.give_back(place_); }
 
+  /// From here on the call may keep them. Several count as the first one does, with the bytes of all.
+  void note_meshes(const std::vector<MeshPtr>& meshes) {
+    std::uint64_t bytes = 0;
+    for (auto mesh = meshes.begin(); mesh != meshes.end(); ++mesh) {
+      if (std::find(meshes.begin(), mesh, *mesh) == mesh) bytes += (*mesh)->prepared().memory_bytes;
+    }
+    kept_bytes_ = bytes;
+    kept_mesh_ = meshes.front().get();
+  }
+
   /// `then` runs once with the meshes, in the order of the ids, or with why there are none: now if the cache holds all,
   /// else in the lane when they have come from the store. While they come, which may take minutes, others may have the
   /// call's place if `place` says so; then the call asks for one again, and may be refused.
@@ -294,15 +304,6 @@ class Call : public Reactor, public IdleCall, public std::enable_shared_from_thi
     cut_off();
   }
 
-  /// From here on the call may keep them. Several count as the first one does, with the bytes of all.
-  void note_meshes(const std::vector<MeshPtr>& meshes) {
-    std::uint64_t bytes = 0;
-    for (auto mesh = meshes.begin(); mesh != meshes.end(); ++mesh) {
-      if (std::find(meshes.begin(), mesh, *mesh) == mesh) bytes += (*mesh)->prepared().memory_bytes;
-    }
-    kept_bytes_ = bytes;
-    kept_mesh_ = meshes.front().get();
-  }
   KeptMesh kept_mesh() const override { return {kept_mesh_, kept_bytes_, client_}; }
 
   /// A client that doesn't read can't be told why, see above. A shutdown cancels such calls anyway.

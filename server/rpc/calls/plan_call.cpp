@@ -80,7 +80,9 @@ class PlanCall final : public UnaryCall {
     try {
       if (error) std::rethrow_exception(error);
       log_.note_mesh(meshes.front()->id());
-      response_ = plan_slices(parse(), solids_of(meshes), state_.slice_limits, cancel_);
+      const v1::PlanSlicesRequest request = parse();
+      response_ = plan_slices(request, solids_of_parts(meshes, request.job().parts_size()), state_.slice_limits,
+                              cancel_, volumes_of(meshes));
     } catch (...) {
       status = cancel_.cancelled() ? status_of_stop() : to_status(std::current_exception());
     }

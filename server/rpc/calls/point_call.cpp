@@ -48,6 +48,7 @@ void require_batch(int numbers, int points, const std::string& field) {
 struct ProbeSetting {
   Placement placement = Placement::Identity();
   std::shared_ptr<const Fields> fields;  // Null: none. Batches share them.
+  Volumes volumes;                       // That they name.
   ChannelSources sources;                // Of the fields, in that place.
   double contour_tolerance_mm = SliceJob().contour_tolerance_mm;
 };
@@ -70,15 +71,19 @@ class ProbeSolver {
            static_cast<std::uint64_t>(of_sources);
   }
 
-  static void accept(const Request& request, const std::shared_ptr<const LimitSolid>& solid, const SliceLimits& limits,
-                     Setting& setting) {
+  static std::vector<std::string> volume_ids(const Request& request) { return volume_ids_of(request.fields()); }
+  static void accept(const Request& request, const std::shared_ptr<const LimitSolid>& solid, const Volumes& volumes,
+                     const SliceLimits& limits, Setting& setting) {
     if (request.has_placement()) {
       setting.placement = to_placement(request.placement(), solid->summary().bounding_box, limits);
     }
-    if (!request.fields().empty()) setting.fields = std::make_shared<const Fields>(request.fields());
+    if (!request.fields().empty()) {
+      setting.fields = std::make_shared<const Fields>(request.fields());
+      setting.volumes = volumes;
+    }
     if (setting.fields && (request.has_placement() || !request.fields().empty())) {
       const Box3 box = solid->summary().bounding_box.transformed(Placement(setting.placement));
-      setting.sources = to_sources(*setting.fields, solid, setting.placement.linear(), box);
+      setting.sources = to_sources(*setting.fields, setting.volumes, solid, setting.placement.linear(), box);
     }
     if (!request.has_contour_tolerance_mm()) return;
     const double tolerance_mm = request.contour_tolerance_mm(), most_mm = limits.max_contour_tolerance_mm;
@@ -182,8 +187,9 @@ class EvaluateSolver {
     return points * (3 + channels + 9) * sizeof(double);
   }
 
-  static void accept(const Request& request, const std::shared_ptr<const LimitSolid>& solid, const SliceLimits& limits,
-                     Setting& setting) {
+  static std::vector<std::string> volume_ids(const Request&) { return {}; }
+  static void accept(const Request& request, const std::shared_ptr<const LimitSolid>& solid, const Volumes&,
+                     const SliceLimits& limits, Setting& setting) {
     if (!request.has_placement()) return;
     setting.placement = to_placement(request.placement(), solid->summary().bounding_box, limits);
   }

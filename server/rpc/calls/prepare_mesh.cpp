@@ -11,6 +11,7 @@
 #include "core/mesh/validate.h"
 #include "core/prepare/prepare_solid.h"
 #include "server/rpc/convert/mesh_reader.h"
+#include "server/rpc/convert/volume_reader.h"
 #include "server/service/base/service_error.h"
 
 namespace ccslice::server {
@@ -21,7 +22,7 @@ void require_capacity(std::uint64_t bytes, const MemoryBudget& budget) {
   constexpr std::uint64_t kMiB = 1 << 20;
   if (bytes <= budget.capacity_bytes()) return;
   throw ServiceError(ServiceErrorCode::kMeshExceedsMemory,
-                     "preparing the mesh takes at least " + std::to_string((bytes + kMiB - 1) / kMiB) +
+                     "preparing the mesh or volume takes at least " + std::to_string((bytes + kMiB - 1) / kMiB) +
                          " MiB ('ccslice info' says how much in all), this server has " +
                          std::to_string(budget.capacity_bytes() / kMiB) +
                          " for it (--preparation-budget-bytes): ask its operator for more, use another server, or "
@@ -44,6 +45,14 @@ PreparedMesh PreparedBytes::operator()(const CancellationToken& cancel, Preparat
   progress.begin(PreparationStep::kReading);
   PreparedMesh prepared;
   prepared.serialized_bytes = upload_->bytes().size();
+  if (holds_volume(upload_->bytes().blocks())) {
+    reserve(kVolumeReadingBytes, waited_for);
+    const auto reserve_samples = [&](std::uint64_t bytes) { reserve(bytes + kVolumeReadingBytes, waited_for); };
+    prepared.volume = std::make_shared<const Volume>(read_volume(upload_->bytes().blocks(), reserve_samples, cancel));
+    prepared.memory_bytes = prepared.volume->memory_bytes();
+    prepared.preparation_time = std::chrono::steady_clock::now() - start;
+    return prepared;
+  }
   reserve(kReadMemoryPerByte * prepared.serialized_bytes, waited_for);
   ControlMesh mesh = read_control_mesh(upload_->bytes().blocks(), limits, cancel);
   PrepareOptions options{.limits = limits, .cancel = cancel, .threads = threads, .reserve = {}, .progress = &progress};

@@ -20,6 +20,7 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -35,6 +36,7 @@
 #include "server/rpc/calls/preview_session.h"
 #include "server/rpc/calls/side_watch.h"
 #include "server/rpc/calls/unknown_fields.h"
+#include "server/rpc/convert/convert_fields.h"
 #include "server/rpc/convert/convert_preview.h"
 #include "server/rpc/convert/job_field.h"
 #include "server/rpc/convert/job_parts.h"
@@ -49,11 +51,16 @@ constexpr auto kKeepMemory = 10s;                    // Of an idle call.
 constexpr std::size_t kParsedAtOnceBytes = 4 << 10;  // While somebody drags, requests have some 200.
 constexpr std::uint64_t kUncountedBytes = 16 << 10;  // Of requests: every open call has them.
 
-/// The meshes that a request names, each once: those of its layer's job, or that of its plane.
+const Fields& fields_of(const v1::PreviewRequest& request) {
+  return request.plane().has_layer() ? request.plane().layer().job().fields() : request.fields();
+}
+
+/// The meshes and volumes that a request names, each once: those of its layer's job, or of its plane.
 std::vector<std::string> named_meshes(const v1::PreviewRequest& request) {
   std::vector<std::string> ids;
   if (!request.plane().has_layer()) {
     if (!request.mesh_id().empty()) ids.push_back(request.mesh_id());
+    for (const std::string& id : volume_ids_of(request.fields())) ids.push_back(id);
     return ids;
   }
   for (const std::string& id : mesh_ids_of(request.plane().layer().job(), kLayerJobPath)) {
@@ -270,14 +277,13 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
       full_cancel = full_cancel_;
       if (stopped_) cancel_.cancel();
     }
-    if (!meshes_.empty()) return paint_and_go_on(request, full_cancel, nullptr);
-    if (request.mesh_ids.empty()) request.mesh_ids = {""};  // Which is no id.
-    if (!std::ranges::all_of(request.mesh_ids,
-                             [this](const std::string& id) { return state_.cache.peek(id).has_value(); })) {
+    const std::vector<std::string> missing = ids_to_load(request);
+    if (missing.empty()) return paint_and_go_on(request, full_cancel, nullptr);
+    if (!std::ranges::all_of(missing, [this](const std::string& id) { return state_.cache.peek(id).has_value(); })) {
       const std::lock_guard lock(mutex_);
       give_back_place();  // The meshes may take minutes to come.
     }
-    with_meshes(lane_, request.mesh_ids,
+    with_meshes(lane_, missing,
                 [this, request, full_cancel](const std::vector<MeshPtr>& meshes, const std::exception_ptr& error) {
                   take_meshes(meshes);
                   if (!error && ask_for_place_again()) return;
@@ -295,10 +301,27 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     return true;
   }
 
+  /// Meshes stay the same for the whole call: another one isn't loaded, as it will be refused. Volumes are those of the
+  /// request; the others are let go.
+  std::vector<std::string> ids_to_load(const ArrivedPreview& request) {
+    if (meshes_.empty()) return request.mesh_ids.empty() ? std::vector<std::string>{""} : request.mesh_ids;
+    std::vector<std::string> ids = volume_ids_of(fields_of(request.message));
+    std::erase_if(meshes_, [&](const MeshPtr& mesh) {
+      return mesh->volume() && std::ranges::find(ids, mesh->id()) == ids.end();
+    });
+    std::erase_if(
+        ids, [&](const std::string& id) { return std::ranges::find(meshes_, id, &CachedMesh::id) != meshes_.end(); });
+    return ids;
+  }
+
+  /// Later requests may bring volumes.
   void take_meshes(const std::vector<MeshPtr>& meshes) {
-    meshes_ = meshes;
+    if (meshes.empty()) return;
+    const bool is_first = meshes_.empty();
+    meshes_.insert(meshes_.end(), meshes.begin(), meshes.end());
+    note_meshes(meshes_);
     const std::lock_guard lock(mutex_);
-    if (!meshes.empty() && doing_ != Doing::kOver) log_.note_mesh(meshes.front()->id());
+    if (is_first && doing_ != Doing::kOver) log_.note_mesh(meshes.front()->id());
   }
 
   void paint_and_go_on(const ArrivedPreview& request, const CancellationToken& full_cancel,
@@ -369,7 +392,9 @@ class PreviewCall final : public Call<grpc::ServerBidiReactor<grpc::ByteBuffer, 
     return painter_;
   }
   std::shared_ptr<PreviewPainter> new_painter() const {
-    return std::make_shared<PreviewPainter>(meshes_, state_.scratch,
+    std::vector<MeshPtr> solids;
+    std::ranges::copy_if(meshes_, std::back_inserter(solids), [](const MeshPtr& mesh) { return !mesh->volume(); });
+    return std::make_shared<PreviewPainter>(std::move(solids), state_.scratch,
                                             [&admission = state_.admission] { return admission.wants_memory(); });
   }
 

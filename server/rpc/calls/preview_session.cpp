@@ -20,13 +20,14 @@ namespace ccslice::server {
 void PreviewSession::begin(const std::vector<MeshPtr>& meshes, const v1::PreviewRequest& request,
                            const SliceLimits& limits) {
   solids_.clear();
+  volumes_ = volumes_of(meshes);
   const auto add = [&](std::span<const MeshPtr> among, const std::string& id, const std::string& field) {
     const auto mesh = std::ranges::find(among, id, &CachedMesh::id);
     if (mesh == among.end()) {
       throw ServiceError(ServiceErrorCode::kRequestMalformed,
                          field + ": changes within the call; make another call for another mesh", field);
     }
-    solids_.push_back((*mesh)->solid());
+    solids_.push_back((*mesh)->solid(field));
   };
   if (request.plane().has_layer()) {
     const v1::SliceJob& job = request.plane().layer().job();
@@ -48,7 +49,7 @@ void PreviewSession::begin(const std::vector<MeshPtr>& meshes, const v1::Preview
 
 PreviewWork PreviewSession::work(const v1::PreviewRequest& request, const SliceLimits& limits,
                                  const CancellationToken& cancel) const {
-  return to_preview(request, setting_, solids_, limits, cancel);
+  return to_preview(request, setting_, solids_, limits, cancel, volumes_);
 }
 
 std::string PreviewSession::layers_key(const v1::PreviewRequest& request) const {

@@ -44,6 +44,7 @@ class PreviewSession {
 
  private:
   std::vector<std::shared_ptr<const LimitSolid>> solids_;  // Of the request's parts, or of its plane.
+  Volumes volumes_;                                        // Those of the call.
   PreviewSetting setting_;
   PngEncoder png_;
 };

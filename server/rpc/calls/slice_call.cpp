@@ -62,7 +62,8 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
   void prepare(const std::vector<MeshPtr>& meshes) override {
     meshes_ = meshes;
     max_chunk_bytes_ = chunk_bytes_or_default(request_.max_chunk_bytes());
-    parts_ = to_placed_parts(request_.job(), kJobPath, solids_of(meshes_), state_.slice_limits, cancel_);
+    parts_ = to_placed_parts(request_.job(), kJobPath, solids_of_parts(meshes_, request_.job().parts_size()),
+                             state_.slice_limits, cancel_, nullptr, volumes_of(meshes_));
     const SliceJob& job = this->job();
     range_ = {.first = request_.first_layer(), .count = request_.layer_count()};
     validate_layer_range(job, range_.first, range_.count);
@@ -248,7 +249,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
     *header_.mutable_grid() = to_message(job.grid);
     *header_.mutable_region() = to_message(region_of(job));
     *header_.mutable_layout() = with_defaults(request_.job().layout());
-    for (const MeshPtr& mesh : meshes_) header_.add_mesh_ids(mesh->id());
+    for (const v1::Part& part : request_.job().parts()) header_.add_mesh_ids(part.mesh_id());
     header_.set_first_layer(request_.first_layer());
     header_.set_layer_count(request_.layer_count());
     const ChannelTable channels(parts_.front().solid->summary().channels, job.sources);
@@ -286,7 +287,7 @@ class SliceCall final : public SheddingCall<v1::SliceRangeResponse> {
 
   const grpc::ByteBuffer& raw_;
   v1::SliceRangeRequest request_;
-  std::vector<MeshPtr> meshes_;  // In use until the call is done.
+  std::vector<MeshPtr> meshes_;  // And volumes. In use until the call is done.
   PlacedParts parts_;
   SlicerMemory memory_;
   Pieces pieces_ = Pieces::kBatch;

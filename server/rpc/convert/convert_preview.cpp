@@ -74,7 +74,7 @@ PreviewColours to_colours(const v1::PreviewContent& message, const std::shared_p
 
 PreviewJob to_plane_job(const v1::PreviewRequest& request, const PreviewSetting& setting,
                         const std::shared_ptr<const LimitSolid>& shared_solid, const SliceLimits& limits,
-                        const CancellationToken& cancel) {
+                        const CancellationToken& cancel, const Volumes& volumes) {
   const LimitSolid& solid = *shared_solid;
   const v1::FreePlane& plane = request.plane().free();
   PreviewJob job;
@@ -86,7 +86,7 @@ PreviewJob to_plane_job(const v1::PreviewRequest& request, const PreviewSetting&
   job.plane.up_mm = plane.up_mm_per_pixel() == 0 ? plane.across_mm_per_pixel() : plane.up_mm_per_pixel();
   job.plane.columns = request.width();
   job.plane.rows = request.height();
-  job.sources = to_sources(request.fields(), shared_solid, setting.placement.linear(),
+  job.sources = to_sources(request.fields(), volumes, shared_solid, setting.placement.linear(),
                            solid.summary().bounding_box.transformed(Placement(setting.placement)));
   if (!request.cut().empty()) job.cut = request.cut();
   job.show = to_colours(request.content(), setting.printing);
@@ -102,12 +102,12 @@ PreviewJob to_plane_job(const v1::PreviewRequest& request, const PreviewSetting&
 
 /// The parts but for what their pictures would be: contours stand in for them.
 PlacedParts to_parts_of_layer(const v1::PreviewLayer& plane, std::span<const std::shared_ptr<const LimitSolid>> solids,
-                              const SliceLimits& limits, const CancellationToken& cancel) {
+                              const SliceLimits& limits, const CancellationToken& cancel, const Volumes& volumes) {
   v1::SliceJob job = plane.job();
   job.clear_planes();
   job.clear_layout();
   job.mutable_contours()->clear_by_cell_region();
-  return to_placed_parts(job, kLayerJobPath, solids, limits, cancel);
+  return to_placed_parts(job, kLayerJobPath, solids, limits, cancel, nullptr, volumes);
 }
 
 void validate_layer(std::uint32_t layer, const SliceJob& job) {
@@ -127,7 +127,7 @@ void validate_layer(std::uint32_t layer, const SliceJob& job) {
 }
 
 LayerPreview to_layer(const v1::PreviewRequest& request, std::span<const std::shared_ptr<const LimitSolid>> solids,
-                      const SliceLimits& limits, const CancellationToken& cancel) {
+                      const SliceLimits& limits, const CancellationToken& cancel, const Volumes& volumes) {
   const v1::PreviewLayer& plane = request.plane().layer();
   if (request.width() != 0 || request.height() != 0) {
     malformed("a layer is as wide and high as its region: leave width and height out", "width");
@@ -135,7 +135,7 @@ LayerPreview to_layer(const v1::PreviewRequest& request, std::span<const std::sh
   if (!request.fields().empty() || !request.cut().empty()) {
     malformed("a layer has the fields and the cut of its job: leave fields and cut out", "fields");
   }
-  LayerPreview preview{to_parts_of_layer(plane, solids, limits, cancel), {}, plane.layer()};
+  LayerPreview preview{to_parts_of_layer(plane, solids, limits, cancel, volumes), {}, plane.layer()};
   PlacedParts& parts = preview.parts;
   validate_layer(plane.layer(), parts.front().job);
   const auto show_of = [&](const PlacedPart& part) {
@@ -166,10 +166,10 @@ LayerPreview to_layer(const v1::PreviewRequest& request, std::span<const std::sh
 
 PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& setting,
                        std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
-                       const CancellationToken& cancel) {
+                       const CancellationToken& cancel, const Volumes& volumes) {
   switch (request.plane().plane_case()) {
-    case v1::PreviewPlane::kFree: return to_plane_job(request, setting, solids.front(), limits, cancel);
-    case v1::PreviewPlane::kLayer: return to_layer(request, solids, limits, cancel);
+    case v1::PreviewPlane::kFree: return to_plane_job(request, setting, solids.front(), limits, cancel, volumes);
+    case v1::PreviewPlane::kLayer: return to_layer(request, solids, limits, cancel, volumes);
     default: malformed("neither free nor layer: say which plane", "plane");
   }
 }

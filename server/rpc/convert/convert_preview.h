@@ -17,6 +17,7 @@
 #include "core/job/slice_limits.h"
 #include "core/limit/limit_solid.h"
 #include "core/preview/preview_job.h"
+#include "server/service/meshes/mesh_cache.h"
 
 namespace ccslice::server {
 
@@ -36,10 +37,11 @@ struct LayerPreview {
 using PreviewWork = std::variant<PreviewJob, LayerPreview>;
 
 /// What the request shows, valid for the solids and within the limits. `solids`: that of a free plane, or those of the
-/// parts of a layer's job. Throws Error (2xx), ServiceError{kRequestMalformed, kPrinterUnknown, kPrinterInvalid}.
+/// parts of a layer's job; `volumes`: those that fields name. Throws Error (2xx), ServiceError{kRequestMalformed,
+/// kPrinterUnknown, kPrinterInvalid}.
 PreviewWork to_preview(const v1::PreviewRequest& request, const PreviewSetting& setting,
                        std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
-                       const CancellationToken& cancel);
+                       const CancellationToken& cancel, const Volumes& volumes = {});
 
 /// All but the times and the bytes of the encoded picture.
 v1::PreviewHeader to_header(const PreviewPicture& picture, const PreviewColours& show);

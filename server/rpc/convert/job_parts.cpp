@@ -241,8 +241,8 @@ class PlacedBoxes {
 /// Sources of parts. Those of one mesh share them, unless they lie otherwise and that makes a difference.
 class SourcesOfJob {
  public:
-  SourcesOfJob(const Fields& fields, const Box3& box)
-      : fields_(fields), box_(box), depend_on_placement_(server::depend_on_placement(fields)) {}
+  SourcesOfJob(const Fields& fields, const Volumes& volumes, const Box3& box)
+      : fields_(fields), volumes_(volumes), box_(box), depend_on_placement_(server::depend_on_placement(fields)) {}
 
   bool depend_on_placement() const { return depend_on_placement_; }
   const ChannelSources& find(const std::shared_ptr<const LimitSolid>& solid, const Placement& placement) {
@@ -257,7 +257,8 @@ class SourcesOfJob {
                       " meshes and ways to turn or size them; slice some parts in a job of their own",
                   "parts");
     }
-    return made_.emplace_back(Made{solid, placement, to_sources(fields_, solid, placement.linear(), box_)}).sources;
+    return made_.emplace_back(Made{solid, placement, to_sources(fields_, volumes_, solid, placement.linear(), box_)})
+        .sources;
   }
 
  private:
@@ -269,6 +270,7 @@ class SourcesOfJob {
   };
 
   const Fields& fields_;
+  const Volumes& volumes_;
   Box3 box_;
   bool depend_on_placement_;
   std::list<Made> made_;
@@ -282,7 +284,8 @@ SnappedCopies snap_to_grid(const v1::SliceJob& message, const SliceLimits& limit
 }
 
 PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::shared_ptr<const LimitSolid>> solids,
-                            const SliceLimits& limits, const CancellationToken& cancel, SnappedCopies* snapped) {
+                            const SliceLimits& limits, const CancellationToken& cancel, SnappedCopies* snapped,
+                            const Volumes& volumes) {
   require_known_overlaps(message);
   PlacedParts parts;
   std::vector<std::size_t> first_of;  // By part: its first copy.
@@ -312,7 +315,7 @@ PlacedParts to_parts_of_job(const v1::SliceJob& message, std::span<const std::sh
   std::optional<VoxelBox> region;
   if (message.has_region()) region = to_region(message.region(), grid);
   const auto planes = planes_of_all(message, parts);
-  SourcesOfJob sources(message.fields(), box);
+  SourcesOfJob sources(message.fields(), volumes, box);
   std::vector<SliceJob> jobs(static_cast<std::size_t>(message.parts_size()));
   std::uint64_t copied_bytes = 0;
   check_parts(message, [&](int p) {
@@ -358,6 +361,7 @@ std::vector<std::string> mesh_ids_of(const v1::SliceJob& job, const std::string&
     ids.push_back(job.parts(p).mesh_id());
     require_mesh_id(ids.back(), path + "." + path_of_part(p) + ".mesh_id");
   }
+  for (const std::string& id : volume_ids_of(job.fields(), path + ".")) ids.push_back(id);
   return ids;
 }
 
@@ -390,9 +394,9 @@ std::vector<PartPlace> part_places(const v1::SliceJob& job) {
 
 PlacedParts to_placed_parts(const v1::SliceJob& message, const std::string& path,
                             std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
-                            const CancellationToken& cancel, SnappedCopies* snapped) {
+                            const CancellationToken& cancel, SnappedCopies* snapped, const Volumes& volumes) {
   return at_job(path, [&] {
-    PlacedParts parts = to_parts_of_job(message, solids, limits, cancel, snapped);
+    PlacedParts parts = to_parts_of_job(message, solids, limits, cancel, snapped, volumes);
     if (parts.size() > 1) require_region_numbers(parts);
     return parts;
   });
@@ -402,6 +406,9 @@ v1::Printing printing_with_defaults(const v1::SliceJob& message, const PlacedPar
   v1::Printing printing = to_message(*parts.front().job.printing, parts.front().solid->summary());
   const v1::Part& first = message.parts(0);
   printing.mutable_halftone()->set_seed(message.printing().halftone().seed());
+  for (int m = 0; m < printing.materials_size(); ++m) {
+    printing.mutable_materials(m)->set_density_g_per_cm3(message.printing().materials(m).density_g_per_cm3());
+  }
   if (!first.has_map() && first.cell_region_maps().empty()) return printing;
   printing.clear_map();
   if (message.printing().has_map()) *printing.mutable_map() = message.printing().map();

@@ -18,14 +18,15 @@
 #include "core/job/placed_part.h"
 #include "core/job/slice_limits.h"
 #include "core/limit/limit_solid.h"
+#include "server/service/meshes/mesh_cache.h"
 
 namespace ccslice::server {
 
 /// The field of a part within its job.
 inline std::string path_of_part(int part) { return "parts[" + std::to_string(part) + "]"; }
 
-/// The meshes of the parts of the job at `path` of a request, in the order of its parts. Throws Error{kPartsMissing,
-/// kTooManyParts, kPartNameInvalid}, ServiceError{kMeshIdInvalid}.
+/// The meshes of the parts of the job at `path` of a request, in the order of its parts, then the volumes that its
+/// fields name. Throws Error{kPartsMissing, kTooManyParts, kPartNameInvalid}, ServiceError{kMeshIdInvalid}.
 std::vector<std::string> mesh_ids_of(const v1::SliceJob& job, const std::string& path);
 
 /// Does check(part) for each part of the message. Error{kChannelUnknown} of one part names all that lack the channel.
@@ -41,11 +42,12 @@ std::vector<PartPlace> part_places(const v1::SliceJob& job);
 
 /// The placed parts of the job at `path` of a request, in the order of part_places(), valid and within the limits.
 /// `solids`: of the parts. Throws Error (2xx), ServiceError{kRequestMalformed, kPrinterUnknown, kPrinterInvalid}. Takes
-/// a while for large meshes: throws Error{kCancelled}. `snapped`: takes what SliceJob.snap moves. REQUIRES:
-/// mesh_ids_of() passes.
+/// a while for large meshes: throws Error{kCancelled}. `snapped`: takes what SliceJob.snap moves. `volumes`:
+/// those that fields name. REQUIRES: mesh_ids_of() passes.
 PlacedParts to_placed_parts(const v1::SliceJob& message, const std::string& path,
                             std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
-                            const CancellationToken& cancel, SnappedCopies* snapped = nullptr);
+                            const CancellationToken& cancel, SnappedCopies* snapped = nullptr,
+                            const Volumes& volumes = {});
 
 /// What is printed, with defaults filled in, but for what parts have of their own. REQUIRES: to_placed_parts() made
 /// `parts` of the message; it has printing.

@@ -4,14 +4,11 @@
 #include "server/rpc/convert/mesh_reader.h"
 
 #include <google/protobuf/io/coded_stream.h>
-#include <google/protobuf/io/zero_copy_stream.h>
-#include <google/protobuf/io/zero_copy_stream_impl.h>
 #include <google/protobuf/wire_format_lite.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <memory>
 #include <optional>
 
 #include "ccslice/v1/mesh.pb.h"
@@ -19,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/base/utf8.h"
 #include "core/mesh/validate.h"
+#include "server/rpc/convert/block_stream.h"
 #include "server/rpc/convert/convert.h"
 
 namespace ccslice::server {
@@ -26,7 +24,6 @@ namespace {
 
 using google::protobuf::internal::WireFormatLite;
 using google::protobuf::io::CodedInputStream;
-using google::protobuf::io::ZeroCopyInputStream;
 using MeshMessage = v1::ControlMesh;
 
 [[noreturn]] void not_a_mesh() {
@@ -60,28 +57,6 @@ CellKind to_cell_kind(int kind, std::size_t cell) {
       field + " is " + std::to_string(kind) + ", no cell kind that this server knows: use " + choice_text(kCellKinds),
       field, {static_cast<std::int64_t>(cell)});
 }
-
-/// Several blocks as one stream.
-class BlockStream {
- public:
-  explicit BlockStream(const std::vector<std::string>& blocks) {
-    for (const std::string& block : blocks) {
-      size_ += block.size();
-      parts_.push_back(
-          std::make_unique<google::protobuf::io::ArrayInputStream>(block.data(), static_cast<int>(block.size())));
-      pointers_.push_back(parts_.back().get());
-    }
-    whole_.emplace(pointers_.data(), static_cast<int>(pointers_.size()));
-  }
-  ZeroCopyInputStream* stream() { return &*whole_; }
-  std::size_t size() const { return size_; }
-
- private:
-  std::size_t size_ = 0;
-  std::vector<std::unique_ptr<ZeroCopyInputStream>> parts_;
-  std::vector<ZeroCopyInputStream*> pointers_;
-  std::optional<google::protobuf::io::ConcatenatingInputStream> whole_;
-};
 
 class MeshReader {
  public:

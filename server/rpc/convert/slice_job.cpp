@@ -26,6 +26,8 @@
 #include "core/prepare/deviation.h"
 #include "core/printing/values_off_map.h"
 #include "core/slicer/layer_slicer.h"
+#include "core/volume/outside_share.h"
+#include "core/volume/volume_source.h"
 #include "server/rpc/convert/convert.h"
 #include "server/rpc/convert/deviation_warnings.h"
 #include "server/rpc/convert/job_field.h"
@@ -218,6 +220,30 @@ void warn_of_values_off_maps(const SliceJob& job, const LimitSolid& solid, v1::P
   }
 }
 
+/// A field counts even if nothing reads it.
+void warn_outside_volumes(const SliceJob& job, const LimitSolid& solid, const CancellationToken& cancel,
+                          v1::PlanSlicesResponse& plan) {
+  constexpr int kDigits = 4;
+  const auto text_of = [](const Box3& box) {
+    return place_text(box.min(), kDigits) + " to " + place_text(box.max(), kDigits);
+  };
+  std::vector<const VolumeSource*> volumes;
+  for (const auto& source : job.sources) {
+    if (const auto* of_volume = dynamic_cast<const VolumeSource*>(source.get())) volumes.push_back(of_volume);
+  }
+  const std::vector<double> shares = shares_outside(volumes, solid, job.placement, cancel);
+  const Box3& own = solid.summary().bounding_box;
+  for (std::size_t v = 0; v < volumes.size(); ++v) {
+    if (shares[v] < kLeastShare) continue;
+    const Box3 part = volumes[v]->follows_part() ? own : own.transformed(Placement(job.placement));
+    add_warning(plan, v1::PLAN_WARNING_KIND_OUTSIDE_VOLUME,
+                "field '" + echoed(volumes[v]->range().name) + "' has no samples in about " +
+                    std::to_string(std::lround(100 * shares[v])) + " % of the part, which takes the value outside: " +
+                    "its samples are at " + text_of(volumes[v]->box()) + ", the part is at " + text_of(part) +
+                    ". If that isn't meant, correct where the volume lies");
+  }
+}
+
 /// What is printed right of any feature, by what is asked for, the printer, or the pitch.
 SmallestFeature smallest_feature(const v1::PlanSlicesRequest& request, const VoxelPitch& pitch) {
   constexpr double kVoxels = 2;
@@ -269,6 +295,7 @@ void warn_of_part(const PlacedPart& part, const Deviation& deviation, const Smal
   warn_of_inverted_cells(job, solid, plan);
   warn_of_deviation(job, solid, deviation, plan);
   warn_of_thin_features(job, solid, smallest, cancel, plan);
+  warn_outside_volumes(job, solid, cancel, plan);
   if (!job.printing) return;
   warn_of_values_off_maps(job, solid, plan);
   warn_of_fractions_below_one(*job.printing, solid, plan);
@@ -387,11 +414,11 @@ void describe_parts(const v1::SliceJob& message, const PlacedParts& parts, const
 
 v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request,
                                    std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
-                                   const CancellationToken& cancel) {
+                                   const CancellationToken& cancel, const Volumes& volumes) {
   v1::SliceJob message = request.job();
   if (message.planes().empty()) message.mutable_contours();  // A job of nothing would be refused; a plan of it is fine.
   SnappedCopies snapped;
-  const PlacedParts parts = to_placed_parts(message, kJobPath, solids, limits, cancel, &snapped);
+  const PlacedParts parts = to_placed_parts(message, kJobPath, solids, limits, cancel, &snapped, volumes);
   const SliceJob& job = parts.front().job;
 
   v1::PlanSlicesResponse plan;

@@ -27,6 +27,16 @@ void write_counts(const SolidSummary& solid, v1::MeshSummary& summary) {
   summary.set_boundary_faces(solid.boundary_faces);
 }
 
+v1::VolumeSampleType sample_type_of(VolumeSampleType type) {
+  switch (type) {
+    case VolumeSampleType::kUint8: return v1::VOLUME_SAMPLE_TYPE_UINT8;
+    case VolumeSampleType::kInt16: return v1::VOLUME_SAMPLE_TYPE_INT16;
+    case VolumeSampleType::kUint16: return v1::VOLUME_SAMPLE_TYPE_UINT16;
+    case VolumeSampleType::kFloat32: break;
+  }
+  return v1::VOLUME_SAMPLE_TYPE_FLOAT32;
+}
+
 v1::PreparationPhase phase_of(PreparationStep step) {
   switch (step) {
     case PreparationStep::kWaiting: return v1::PREPARATION_PHASE_WAITING;
@@ -52,21 +62,44 @@ void write_warnings(const SolidSummary& solid, v1::MeshSummary& summary) {
   *summary.mutable_overlaps() = to_message(solid.overlaps);
 }
 
-}  // namespace
-
-v1::MeshSummary summarize(const ListedMesh& listed) {
-  const CachedMesh& mesh = *listed.mesh;
-  const SolidSummary& solid = mesh.solid()->summary();
-  v1::MeshSummary summary;
-  summary.set_mesh_id(mesh.id());
-  summary.set_size_bytes(mesh.prepared().serialized_bytes);
-  summary.set_memory_bytes(mesh.prepared().memory_bytes);
+void write_solid(const SolidSummary& solid, v1::MeshSummary& summary) {
   write_counts(solid, summary);
   *summary.mutable_bounding_box() = to_message(solid.bounding_box);
   *summary.mutable_deviation() = to_message(solid.deviation);
   for (const ChannelRange& channel : solid.channels) *summary.add_channels() = to_message(channel);
   for (const CellRegionSummary& region : solid.cell_regions) *summary.add_cell_regions() = to_message(region);
   write_warnings(solid, summary);
+}
+
+v1::VolumeSummary volume_summary(const Volume& volume) {
+  const VolumeShape& shape = volume.shape();
+  v1::VolumeSummary summary;
+  summary.set_samples_i(shape.samples[0]);
+  summary.set_samples_j(shape.samples[1]);
+  summary.set_samples_k(shape.samples[2]);
+  summary.set_sample_type(sample_type_of(shape.type));
+  for (const Volume::ChannelSamples& samples : volume.channels()) {
+    v1::VolumeChannel& channel = *summary.add_channels();
+    channel.set_min_sample(samples.min);
+    channel.set_max_sample(samples.max);
+    channel.set_nan_samples(samples.nan);
+  }
+  return summary;
+}
+
+}  // namespace
+
+v1::MeshSummary summarize(const ListedMesh& listed) {
+  const CachedMesh& mesh = *listed.mesh;
+  v1::MeshSummary summary;
+  summary.set_mesh_id(mesh.id());
+  summary.set_size_bytes(mesh.prepared().serialized_bytes);
+  summary.set_memory_bytes(mesh.prepared().memory_bytes);
+  if (mesh.volume()) {
+    *summary.mutable_volume() = volume_summary(*mesh.volume());
+  } else {
+    write_solid(mesh.solid()->summary(), summary);
+  }
   summary.set_engine_version(std::string(kEngineVersion));
   *summary.mutable_preparation_time() = to_duration(mesh.prepared().preparation_time);
   *summary.mutable_create_time() = to_timestamp(mesh.created());

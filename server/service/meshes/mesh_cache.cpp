@@ -4,6 +4,7 @@
 #include "server/service/meshes/mesh_cache.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include "server/service/base/service_error.h"
@@ -14,6 +15,28 @@ CachedMesh::CachedMesh(std::string id, PreparedMesh prepared, Clock::time_point 
                        std::shared_ptr<std::atomic<std::uint64_t>> live_bytes)
     : id_(std::move(id)), prepared_(std::move(prepared)), created_(created), live_bytes_(std::move(live_bytes)) {
   live_bytes_->fetch_add(prepared_.memory_bytes);
+}
+
+const std::shared_ptr<const LimitSolid>& CachedMesh::solid(const std::string& field) const {
+  if (prepared_.solid) return prepared_.solid;
+  throw ServiceError(ServiceErrorCode::kMeshIdInvalid,
+                     id_ + " is the id of a volume, and a mesh's is needed; volumes are for fields", field);
+}
+
+std::vector<std::shared_ptr<const LimitSolid>> solids_of_parts(const std::vector<MeshPtr>& meshes, int count) {
+  std::vector<std::shared_ptr<const LimitSolid>> solids;
+  for (std::size_t part = 0; part < static_cast<std::size_t>(count); ++part) {
+    solids.push_back(meshes[part]->solid("job.parts[" + std::to_string(part) + "].mesh_id"));
+  }
+  return solids;
+}
+
+Volumes volumes_of(const std::vector<MeshPtr>& meshes) {
+  Volumes volumes;
+  for (const MeshPtr& mesh : meshes) {
+    if (mesh->volume()) volumes.emplace(mesh->id(), std::shared_ptr<const Volume>(mesh, mesh->volume().get()));
+  }
+  return volumes;
 }
 
 CachedMesh::~CachedMesh() { live_bytes_->fetch_sub(prepared_.memory_bytes); }
@@ -173,7 +196,7 @@ MeshPtr MeshCache::insert_locked(const std::string& id, PreparedMesh& prepared, 
 std::uint64_t MeshCache::make_room_locked(std::uint64_t bytes, std::vector<MeshPtr>& dropped) {
   if (bytes > options_.capacity_bytes) {
     throw ServiceError(ServiceErrorCode::kMeshExceedsCache,
-                       "the prepared mesh takes " + std::to_string(bytes) + " bytes, the whole cache has " +
+                       "the prepared mesh or volume takes " + std::to_string(bytes) + " bytes, the whole cache has " +
                            std::to_string(options_.capacity_bytes) + ": use a server with more memory");
   }
   // Nobody can get hold of a mesh that nobody uses while the cache is locked.

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// The cache of prepared solids, by mesh id.
+// The cache of prepared solids, by mesh id. Volumes are kept among them, as solids are, under ids of the same form.
 //
 // - The cache is bounded in bytes. Every solid that is alive counts, also one that was dropped while a call still uses
 //   it. To make room, the cache drops the least recently used meshes that nobody uses; a mesh in use stays.
@@ -30,6 +30,7 @@
 #include "core/base/cancellation.h"
 #include "core/limit/limit_solid.h"
 #include "core/prepare/preparation_progress.h"
+#include "core/volume/volume.h"
 #include "server/service/meshes/preparation_memory.h"
 #include "server/service/scheduling/executor.h"
 
@@ -39,9 +40,10 @@ using Clock = std::chrono::system_clock;
 
 /// What a preparation yields.
 struct PreparedMesh {
-  std::shared_ptr<const LimitSolid> solid;
-  std::uint64_t serialized_bytes = 0;  // Size of the ControlMesh.
-  std::uint64_t memory_bytes = 0;      // Size of the solid, which counts in the cache.
+  std::shared_ptr<const LimitSolid> solid;  // Null if it is a volume.
+  std::shared_ptr<const Volume> volume;     // Null if it is a solid.
+  std::uint64_t serialized_bytes = 0;       // Size of the ControlMesh or Volume.
+  std::uint64_t memory_bytes = 0;           // Size of the solid or volume, which counts in the cache.
   std::chrono::nanoseconds preparation_time{0};
 };
 
@@ -55,7 +57,10 @@ class CachedMesh {
   CachedMesh& operator=(const CachedMesh&) = delete;
 
   const std::string& id() const noexcept { return id_; }
-  const std::shared_ptr<const LimitSolid>& solid() const noexcept { return prepared_.solid; }
+  /// Throws ServiceError{kMeshIdInvalid} of this field if it is a volume.
+  const std::shared_ptr<const LimitSolid>& solid(const std::string& field = "mesh_id") const;
+  /// Null if it is a solid.
+  const std::shared_ptr<const Volume>& volume() const noexcept { return prepared_.volume; }
   const PreparedMesh& prepared() const noexcept { return prepared_; }
   Clock::time_point created() const noexcept { return created_; }
 
@@ -68,11 +73,14 @@ class CachedMesh {
 
 using MeshPtr = std::shared_ptr<const CachedMesh>;
 
-inline std::vector<std::shared_ptr<const LimitSolid>> solids_of(const std::vector<MeshPtr>& meshes) {
-  std::vector<std::shared_ptr<const LimitSolid>> solids;
-  for (const MeshPtr& mesh : meshes) solids.push_back(mesh->solid());
-  return solids;
-}
+/// Solids of the first `count`, those of a job's parts. Throws ServiceError{kMeshIdInvalid} of "job.parts[i].mesh_id"
+/// if one of them is a volume.
+std::vector<std::shared_ptr<const LimitSolid>> solids_of_parts(const std::vector<MeshPtr>& meshes, int count);
+
+/// Volumes by their ids; those in use keep their place in the cache.
+using Volumes = std::map<std::string, std::shared_ptr<const Volume>>;
+/// Those among `meshes`.
+Volumes volumes_of(const std::vector<MeshPtr>& meshes);
 
 /// A mesh as the list shows it.
 struct ListedMesh {

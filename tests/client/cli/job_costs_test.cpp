@@ -61,5 +61,19 @@ TEST(JobCosts, CountSamplesAsOftenAsLayersThatTheyStandFor) {
             "\n  materials  hard 0.00075 cm3 (25 %), soft 0.00225 cm3 (75 %)");
 }
 
+TEST(JobCosts, WeighMaterialsWhoseDensityIsKnown) {
+  JobCosts costs;
+  client::SliceOutcome sliced = outcome(400'000);
+  sliced.header.mutable_printing()->mutable_materials(0)->set_density_g_per_cm3(1.2);
+  costs.add({0, 1, 1}, sliced);
+  EXPECT_DOUBLE_EQ(costs.document({}).materials(0).grams(), 0.12);
+  EXPECT_FALSE(costs.document({}).materials(1).has_grams());
+  EXPECT_THAT(costs.text({}), testing::HasSubstr("hard 0.1 cm3 (25 %) 0.12 g, soft 0.3 cm3 (75 %)"));
+  JobCosts both;
+  sliced.header.mutable_printing()->mutable_materials(1)->set_density_g_per_cm3(1);
+  both.add({0, 1, 1}, sliced);
+  EXPECT_THAT(both.text({}), testing::EndsWith("soft 0.3 cm3 (75 %) 0.3 g, in all 0.42 g"));
+}
+
 }  // namespace
 }  // namespace ccslice::cli

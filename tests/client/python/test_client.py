@@ -22,12 +22,14 @@ from unittest import mock
 
 import grpc
 import numpy as np
+import zstandard
 from google.protobuf import json_format
 
 import ccslice
 import ccslice.client
 import ccslice.errors
 from ccslice import connection, layers, preview
+from ccslice import volume as volume_module
 from ccslice.v1 import info_pb2, job_pb2, mesh_pb2, plan_pb2, points_pb2, preview_pb2, slice_pb2, surface_pb2
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
@@ -352,6 +354,97 @@ class Values(unittest.TestCase):
                 self.client.plan(self.mesh, 1, fields=wrong)
         with self.assertRaisesRegex(ccslice.CallError, "column 1.*gyroid"):
             self.client.plan(self.mesh, 1, fields={"a": "gyriod(x, y, z)"})
+
+    def test_densities_go_with_materials(self):
+        printing = ccslice.Printing({"white": "#ffffff", "black": "#101010"}, "white", densities={"black": 1.2})
+        job = self.client.job(self.mesh, 1, printing=printing)
+        self.assertEqual([material.density_g_per_cm3 for material in job.printing.materials], [0, 1.2])
+        for wrong in ({"grey": 1}, {"white": 0}, {"white": float("nan")}):
+            with self.assertRaisesRegex(ValueError, "densities"):
+                ccslice.Printing({"white": "#ffffff"}, densities=wrong)
+
+    def test_volumes(self):
+        """Samples at the middles of voxels of 1 mm of a box of 10 mm."""
+        k, j, i = np.mgrid[0:10, 0:10, 0:10]
+        ramp = i + 20 * j + 0.5 * k
+        layers = list(self.client.slice(self.mesh, 1, channels=["v"], fields={"v": ramp}))
+        np.testing.assert_allclose([layer.channels["v"] for layer in layers], ramp, atol=1e-4)
+        integers = ramp.astype(np.int32)
+        volume = ccslice.Volume(integers.astype(">u2"), spacing_mm=1, origin_mm=(0.5, 0.5, 0.5), nearest=True)
+        layers = list(self.client.slice(self.mesh, 1, channels=["v"], fields={"v": volume}))
+        np.testing.assert_array_equal([layer.channels["v"] for layer in layers], integers)
+        self.assertEqual(repr(volume), "<ccslice.Volume: 10 x 10 x 10 samples>")
+        matrix = np.array([[2, 0, 0, 1], [0, 2, 0, 1], [0, 0, 2, 1]])
+        volume = ccslice.Volume(np.stack([ramp, -ramp], axis=-1)[:5, :5, :5], index_to_mm=matrix, channel=1, slope=2,
+                                intercept=1, outside=np.float32(7))
+        probe = self.client.probe(self.mesh, [[3, 5, 7], [9.5, 9.5, 9.5]], fields={"v": volume})
+        np.testing.assert_allclose(probe.channels["v"], [1 - 2 * (1 + 40 + 1.5), 1 - 2 * (4 + 80 + 2)], atol=1e-4)
+        holes = np.where(i < 5, np.nan, ramp)
+        layer = next(self.client.slice(self.mesh, 1, channels=["v"], fields={"v": ccslice.Volume(holes, outside=-1)}))
+        np.testing.assert_allclose(layer.channels["v"], np.where(i < 5, -1, ramp)[0], atol=1e-4)
+        picture = next(self.client.preview(self.mesh, [ccslice.Plane((5, 5, 5))], 0.5, size=(40, 40), channel="v",
+                                           fields={"v": ramp}))
+        self.assertGreater(picture.value_range[1], 180)
+        world = ccslice.Volume(ramp, frame="world", value_range=(0, 5))
+        layer = next(self.client.slice(self.mesh, 1, channels=["v"], fields={"v": world}))
+        self.assertEqual(layer.channels["v"].max(), 5)
+        for wrong, said in ((lambda: ccslice.Volume(ramp[0]), "shape"), (lambda: ccslice.Volume([[[np.inf]]]), "infinite"),
+                            (lambda: ccslice.Volume(ramp, origin_mm=(0, 0, 0)), "spacing_mm"),
+                            (lambda: ccslice.Volume(ramp, index_to_mm=np.eye(2)), "index_to_mm"),
+                            (lambda: ccslice.Volume(ramp, index_to_mm=np.eye(4), spacing_mm=1), "leave out"),
+                            (lambda: ccslice.Volume(ramp, frame="moon"), "frame"),
+                            (lambda: ccslice.Volume(np.ma.masked_less(ramp, 3)), "masked")):
+            with self.assertRaisesRegex(ValueError, said):
+                wrong()
+        with self.assertRaisesRegex(ccslice.CallError, "last channel is 0"):
+            self.client.plan(self.mesh, 1, fields={"v": ccslice.Volume(ramp, channel=1)})
+
+    def test_volumes_of_functions_and_of_arrays_with_coordinates(self):
+        volume = ccslice.Volume.from_function(lambda x, y, z: x * x + y - z, ((0, 0, 0), (10, 10, 10)), samples=21)
+        self.assertAlmostEqual(volume.error, 0.25 * 0.25, places=12)
+        self.assertIn("within 0.0625 of its function", repr(volume))
+        points = np.random.default_rng(3).uniform(0.01, 9.99, (200, 3))
+        probe = self.client.probe(self.mesh, points, fields={"v": volume})
+        x, y, z = points.T
+        self.assertLess(np.abs(probe.channels["v"] - (x * x + y - z)).max(), 0.0626)
+        for box, samples in ((((0, 0, 0), (0, 1, 1)), 5), (((0, 0, 0), (1, 1, 1)), 1)):
+            with self.assertRaisesRegex(ValueError, "make no grid"):
+                ccslice.Volume.from_function(lambda x, y, z: x, box, samples)
+        with self.assertRaisesRegex(ValueError, "shape"):
+            ccslice.Volume.from_function(lambda x, y, z: 3, ((0, 0, 0), (1, 1, 1)))
+
+        class Array:  # What is asked of an xarray.DataArray.
+            def __init__(self, values, dims, coordinates):
+                self.values, self.dims, self.coordinates = values, dims, coordinates
+
+            def __getitem__(self, dim):
+                return self.coordinates[dim]
+
+            def transpose(self, *dims):
+                return Array(self.values.transpose([self.dims.index(dim) for dim in dims]), dims, self.coordinates)
+
+        places = {"x": np.linspace(0, 10, 6), "y": np.linspace(10, 0, 11), "z": np.linspace(0, 10, 3)}
+        grid = np.meshgrid(places["y"], places["x"], places["z"], indexing="ij")
+        array = Array(100 * grid[1] + 10 * grid[0] + grid[2], ("y", "x", "z"), places)
+        probe = self.client.probe(self.mesh, [[3, 4.5, 7]], fields={"v": array})
+        np.testing.assert_allclose(probe.channels["v"], [300 + 45 + 7], rtol=1e-6)
+        places["x"] = places["x"]**2
+        with self.assertRaisesRegex(ValueError, "evenly spaced"):
+            ccslice.Volume.from_xarray(Array(array.values, array.dims, places))
+        with self.assertRaisesRegex(ValueError, "not one with time, x"):
+            ccslice.Volume.from_xarray(Array(np.zeros((2, 2)), ("time", "x"), {}))
+
+    def test_volumes_are_packed_without_zstandard(self):
+        for size in (1, 131072, 131073, 400000):
+            content = bytes(range(256)) * (size // 256) + b"x" * (size % 256)
+            frame = volume_module._stored(content)
+            self.assertEqual(zstandard.ZstdDecompressor().decompress(frame, max_output_size=size), content)
+        volume = ccslice.Volume(np.arange(1000.0).reshape(10, 10, 10))
+        with mock.patch.object(volume_module, "_packed", volume_module._stored):
+            stored = ccslice.Volume(np.arange(1000.0).reshape(10, 10, 10))
+        self.assertNotEqual(volume.id, stored.id)
+        layers = [next(self.client.slice(self.mesh, 1, channels=["v"], fields={"v": each})) for each in (volume, stored)]
+        np.testing.assert_array_equal(layers[0].channels["v"], layers[1].channels["v"])
 
     def test_a_job_is_a_message_that_files_hold(self):
         job = self.client.job(self.mesh, 1, channels=["g"])

@@ -86,6 +86,13 @@ TEST(UnreadFormats, ThatStandForFilesAreNamed) {
   expect_named("/annex/objects/SHA256E-s1--0.vtu\n", "this is a git-annex pointer", "`git annex get`");
 }
 
+TEST(UnreadFormats, VolumesAreNamedWithTheOptionThatTakesThem) {
+  const std::vector<std::string> begins = {"NRRD0004\n", "\x93NUMPY", "ObjectType = Image\n", {"\x5c\1\0\0", 4}};
+  for (const std::string& begin : begins) {
+    expect_named(begin + std::string(400, ' '), "this is a volume", "--volume NAME=FILE");
+  }
+}
+
 TEST(UnreadFormats, InXmlAreNamedByTheirOutermostElement) {
   const auto refused = [](const std::string& text, const std::string& part) {
     expect_error([&] { read_mesh(text); }, ErrorCode::kFileUnsupported, part);

@@ -7,8 +7,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
+#include <limits>
 #include <memory>
+#include <random>
 #include <vector>
 
 #include "core/job/validate_job.h"
@@ -17,6 +20,7 @@
 #include "core/preview/layer_painter.h"
 #include "core/preview/plane_painter.h"
 #include "core/slicer/slicer_memory.h"
+#include "core/volume/volume_source.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/channel_functions.h"
 #include "tests/support/slice_range.h"
@@ -66,6 +70,35 @@ class ChannelSourcesTest : public testing::Test {
     std::memcpy(values.data(), plane.bytes.data(), plane.bytes.size());
     return values;
   }
+  void expect_same_bytes() {
+    job_.planes.push_back(plane_of("mean", SampleType::kFloat32));
+    job_.printing = blended("mean");
+    job_.planes.push_back(plane_of("", SampleType::kUint8));
+    job_.planes.back().content = PlaneContent::kMaterials;
+    for (const double tolerance : {0.0, 1.0 / 1024}) {
+      job_.channel_tolerance = tolerance;
+      const Layer whole = sliced(layer_);
+      slice_range(solid_, job_, layer_ - 4, 12,
+                  [&](Layer&& layer) {
+                    if (layer.index != layer_) return;
+                    for (std::size_t p = 0; p < 3; ++p) EXPECT_EQ(layer.planes[p].bytes, whole.planes[p].bytes);
+                  },
+                  {.threads = 3, .cancel = {}});
+      SliceJob part = job_;
+      const GridExtent& extent = job_.grid.extent;
+      part.region = VoxelBox{7, 5, 0, {extent.columns - 12, extent.rows - 9, extent.layers}};
+      const Layer cropped = LayerSlicer(solid_, part).slice(layer_, {});
+      for (std::uint32_t y = 0; y < part.region->extent.rows; ++y) {
+        const std::size_t from = std::size_t{extent.columns} * (y + 5) + 7,
+                          to = std::size_t{part.region->extent.columns} * y;
+        EXPECT_TRUE(
+            std::equal(cropped.planes[2].bytes.begin() + static_cast<std::ptrdiff_t>(to),
+                       cropped.planes[2].bytes.begin() + static_cast<std::ptrdiff_t>(to + part.region->extent.columns),
+                       whole.planes[2].bytes.begin() + static_cast<std::ptrdiff_t>(from)))
+            << y;
+      }
+    }
+  }
   bool inside(const Layer& layer, std::uint32_t x, std::uint32_t y) const {
     const std::size_t row_bytes = (job_.grid.extent.columns + 7) / 8;
     return layer.planes[0].bytes[row_bytes * y + x / 8] >> (7 - x % 8) & 1;
@@ -114,33 +147,32 @@ TEST_F(ChannelSourcesTest, NeedNothingOfTheSolidIfTheyReadNothingOfIt) {
   EXPECT_GT(slicer_memory(solid_, job_).slicer_bytes, 0u);
 }
 
-TEST_F(ChannelSourcesTest, GiveTheSameBytesForAnyThreadsToleranceAndRegion) {
-  job_.planes.push_back(plane_of("mean", SampleType::kFloat32));
-  job_.printing = blended("mean");
-  job_.planes.push_back(plane_of("", SampleType::kUint8));
-  job_.planes.back().content = PlaneContent::kMaterials;
-  for (const double tolerance : {0.0, 1.0 / 1024}) {
-    job_.channel_tolerance = tolerance;
-    const Layer whole = sliced(layer_);
-    slice_range(solid_, job_, layer_ - 4, 12,
-                [&](Layer&& layer) {
-                  if (layer.index != layer_) return;
-                  for (std::size_t p = 0; p < 3; ++p) EXPECT_EQ(layer.planes[p].bytes, whole.planes[p].bytes);
-                },
-                {.threads = 3, .cancel = {}});
-    SliceJob part = job_;
-    const GridExtent& extent = job_.grid.extent;
-    part.region = VoxelBox{7, 5, 0, {extent.columns - 12, extent.rows - 9, extent.layers}};
-    const Layer cropped = LayerSlicer(solid_, part).slice(layer_, {});
-    for (std::uint32_t y = 0; y < part.region->extent.rows; ++y) {
-      const std::size_t from = std::size_t{extent.columns} * (y + 5) + 7,
-                        to = std::size_t{part.region->extent.columns} * y;
-      EXPECT_TRUE(
-          std::equal(cropped.planes[2].bytes.begin() + static_cast<std::ptrdiff_t>(to),
-                     cropped.planes[2].bytes.begin() + static_cast<std::ptrdiff_t>(to + part.region->extent.columns),
-                     whole.planes[2].bytes.begin() + static_cast<std::ptrdiff_t>(from)))
-          << y;
+TEST_F(ChannelSourcesTest, GiveTheSameBytesForAnyThreadsToleranceAndRegion) { expect_same_bytes(); }
+
+/// Some samples have no value, and some of the part is outside.
+TEST_F(ChannelSourcesTest, OfVolumesGiveTheSameBytesToo) {
+  const Box3 box = solid_->summary().bounding_box;
+  const ChannelSources sources = job_.sources;
+  job_ = job_of(solid_, {0.3, 0.25, 0.4}, Placement::Identity());
+  job_.sources = sources;
+  for (const bool is_turned : {false, true}) {
+    std::mt19937 random(9);
+    const VolumeShape shape{.samples = {9, 8, 7}, .type = VolumeSampleType::kFloat32};
+    std::vector<std::byte> bytes(shape.bytes());
+    for (std::size_t s = 0; s < bytes.size() / sizeof(float); ++s) {
+      const float sample =
+          random() % 20 == 0 ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(random() % 1000) / 1000;
+      std::memcpy(bytes.data() + s * sizeof(float), &sample, sizeof(float));
     }
+    VolumeReading reading;
+    reading.index_of_mm = Vec3(10, 9, 8).cwiseQuotient(box.sizes()).asDiagonal();
+    if (is_turned) reading.index_of_mm *= Eigen::AngleAxisd(0.2, Vec3(3, 1, 2).normalized()).toRotationMatrix();
+    reading.first_index = -(reading.index_of_mm * box.min());
+    reading.outside_value = 0.5;
+    job_.sources[0] = std::make_shared<VolumeSource>(ChannelRange{"wave", 0, 1},
+                                                     std::make_shared<const Volume>(shape, bytes), reading);
+    job_.planes = {occupancy()};
+    expect_same_bytes();
   }
 }
 
