@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <memory>
+#include <new>
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
@@ -33,13 +34,13 @@ struct PngFault {
 /// A PNG file whose header has been read.
 class PngReader {
  public:
-  explicit PngReader(const std::string& path)
-      : path_(path),
-        file_(std::fopen(path.c_str(), "rb")),
-        png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, &fail, &ignore)) {
+  explicit PngReader(const std::string& path) : file_(std::fopen(path.c_str(), "rb")) {
     if (!file_) refuse(ErrorCode::kFileUnreadable, path, "can't be opened");
+    png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, &fail, &ignore);
     if (png_ != nullptr) info_ = png_create_info_struct(png_);
-    if (info_ == nullptr) throw std::bad_alloc();
+    if (info_ != nullptr) return;
+    png_destroy_read_struct(&png_, nullptr, nullptr);
+    throw std::bad_alloc();
   }
   ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
   PngReader(const PngReader&) = delete;
@@ -73,9 +74,8 @@ class PngReader {
   [[noreturn]] static void fail(png_structp, png_const_charp text) { throw PngFault{text}; }
   static void ignore(png_structp, png_const_charp) {}
 
-  const std::string& path_;
   std::unique_ptr<std::FILE, CloseFile> file_;
-  png_structp png_;
+  png_structp png_ = nullptr;
   png_infop info_ = nullptr;
 };
 

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <string>
 
 #include "tests/core/mesh/expect_error.h"
@@ -15,7 +16,7 @@ namespace {
 
 std::string text() {
   std::string text;
-  for (int i = 0; i < 100'000; ++i) text += std::to_string(i * i);
+  for (std::int64_t i = 0; i < 100'000; ++i) text += std::to_string(i * i);
   return text;
 }
 
