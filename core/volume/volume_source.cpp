@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -14,8 +13,6 @@
 
 namespace ccslice {
 namespace {
-
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// Points at a time.
 constexpr std::uint32_t kBlock = 64;
@@ -91,10 +88,34 @@ PointRange points_within(const IndexRow& row, const std::array<Axis, 3>& axes, P
 /// Gives values of the samples at points in their cells: NaN stands for the value outside.
 class RowSampler {
  public:
-  RowSampler(const Volume& volume, std::uint32_t channel, bool has_nan)
-      : axes_(axes_of(volume.shape())), bytes_(volume.bytes()), channel_(channel), has_nan_(has_nan) {}
+  RowSampler(const Volume& volume, const VolumeReading& reading, bool has_nan)
+      : axes_(axes_of(volume.shape())),
+        bytes_(volume.bytes()),
+        type_(volume.shape().type),
+        channel_(reading.channel),
+        nearest_(reading.nearest),
+        has_nan_(has_nan) {}
 
   const std::array<Axis, 3>& axes() const { return axes_; }
+
+  /// REQUIRES: at most kBlock values.
+  void run(const IndexRow& row, std::uint32_t begin, std::span<double> values) const {
+    with_sample_type(type_, [&](auto sample) {
+      using Sample = decltype(sample);
+      if (nearest_) {
+        nearest<Sample>(row, begin, values);
+      } else {
+        linear<Sample>(row, begin, values);
+      }
+    });
+  }
+
+ private:
+  /// Along an axis, by point: the lower one of two samples, and the weight of the upper one.
+  struct Pairs {
+    std::array<std::int32_t, kBlock> first;
+    std::array<double, kBlock> weight;
+  };
 
   template <typename Sample>
   void nearest(const IndexRow& row, std::uint32_t begin, std::span<double> values) const {
@@ -109,7 +130,6 @@ class RowSampler {
     }
   }
 
-  /// REQUIRES: at most kBlock values.
   template <typename Sample>
   void linear(const IndexRow& row, std::uint32_t begin, std::span<double> values) const {
     std::array<Pairs, 3> pairs;
@@ -127,13 +147,6 @@ class RowSampler {
     if (has_nan_) return linear_with_nan<Sample>(pairs, values);
     linear_by_corners<Sample>(pairs, values);
   }
-
- private:
-  /// Along an axis, by point: the lower one of two samples, and the weight of the upper one.
-  struct Pairs {
-    std::array<std::int32_t, kBlock> first;
-    std::array<double, kBlock> weight;
-  };
 
   void set_pairs(const IndexRow& row, std::uint32_t begin, std::size_t count, int a, Pairs& pairs) const {
     const Axis& axis = axes_[static_cast<std::size_t>(a)];
@@ -229,7 +242,9 @@ class RowSampler {
 
   std::array<Axis, 3> axes_;
   const std::byte* bytes_;
+  VolumeSampleType type_;
   std::int64_t channel_;
+  bool nearest_;
   bool has_nan_;
 };
 
@@ -262,7 +277,7 @@ void VolumeSource::sample_row(const SourceRow& row, std::span<const std::span<co
   const Vec3& first = reading_.in_world ? row.world_first : row.mesh_first;
   const Vec3& step = reading_.in_world ? row.world_step : row.mesh_step;
   const IndexRow indices{reading_.index_of_mm * first + reading_.first_index, reading_.index_of_mm * step};
-  const RowSampler sampler(*volume_, reading_.channel, has_nan_);
+  const RowSampler sampler(*volume_, reading_, has_nan_);
   const PointRange all{row.begin, row.begin + row.count};
   const PointRange within = points_within(indices, sampler.axes(), all);
   const auto to_float = [&](double value) {
@@ -274,15 +289,7 @@ void VolumeSource::sample_row(const SourceRow& row, std::span<const std::span<co
   std::array<double, kBlock> block;
   for (std::uint32_t begin = within.begin; begin < within.end; begin += kBlock) {
     const std::uint32_t count = std::min(kBlock, within.end - begin);
-    const std::span<double> sampled(block.data(), count);
-    with_sample_type(volume_->shape().type, [&](auto sample) {
-      using Sample = decltype(sample);
-      if (reading_.nearest) {
-        sampler.nearest<Sample>(indices, begin, sampled);
-      } else {
-        sampler.linear<Sample>(indices, begin, sampled);
-      }
-    });
+    sampler.run(indices, begin, {block.data(), count});
     float* const to = values.data() + (begin - all.begin);
     const double slope = reading_.slope, intercept = reading_.intercept, least = range_.min, most = range_.max;
     for (std::uint32_t p = 0; p < count; ++p) {
@@ -299,18 +306,11 @@ void VolumeSource::sample_row(const SourceRow& row, std::span<const std::span<co
 
 bool VolumeSource::is_outside(const Vec3& world, const Vec3& mesh) const {
   const IndexRow point{reading_.index_of_mm * (reading_.in_world ? world : mesh) + reading_.first_index, Vec3::Zero()};
-  const RowSampler sampler(*volume_, reading_.channel, has_nan_);
+  const RowSampler sampler(*volume_, reading_, has_nan_);
   const PointRange within = points_within(point, sampler.axes(), {0, 1});
   if (within.begin == within.end) return true;
   double value = 0;
-  with_sample_type(volume_->shape().type, [&](auto sample) {
-    using Sample = decltype(sample);
-    if (reading_.nearest) {
-      sampler.nearest<Sample>(point, 0, {&value, 1});
-    } else {
-      sampler.linear<Sample>(point, 0, {&value, 1});
-    }
-  });
+  sampler.run(point, 0, {&value, 1});
   return std::isnan(value);
 }
 

@@ -9,9 +9,11 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "core/base/error.h"
 #include "core/mesh_import/byte_order.h"
+#include "core/mesh_import/text_scanner.h"
 #include "core/volume/load_sample.h"
 
 namespace ccslice {
@@ -160,7 +162,11 @@ void take_samples(std::string_view bytes, RawFormat format, RawOrder order, Volu
   }
 }
 
-void take_numbers(const std::vector<double>& numbers, RawOrder order, VolumeFile& file) {
+void take_text(std::string_view text, RawOrder order, VolumeFile& file) {
+  const std::uint64_t samples = raw_bytes(file.shape, {.bytes = sizeof(double)}) / sizeof(double);
+  TextScanner scanner(text);
+  std::vector<double> numbers;
+  while (numbers.size() < samples) numbers.push_back(scanner.any_real("a sample"));
   take_smallest(
       numbers.size(), [&](std::uint64_t index) { return numbers[index]; }, RawPlaces(file.shape, order), file);
 }

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
-#include <vector>
 
 #include "core/volume_files/volume_file.h"
 
@@ -37,7 +36,8 @@ std::string_view whole_samples(std::string_view data, std::uint64_t wanted);
 /// or else float; so do floats of 64 bits. A note says if that rounds. REQUIRES: file.shape has the rest; `bytes` are
 /// raw_bytes().
 void take_samples(std::string_view bytes, RawFormat format, RawOrder order, VolumeFile& file);
-/// The same of numbers that were read from text.
-void take_numbers(const std::vector<double>& numbers, RawOrder order, VolumeFile& file);
+/// Takes samples that are written as text. Throws Error{kFileSyntax} if there are fewer than file.shape tells, and
+/// like raw_bytes().
+void take_text(std::string_view text, RawOrder order, VolumeFile& file);
 
 }  // namespace ccslice

@@ -13,7 +13,6 @@
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
-#include "core/mesh_import/text_scanner.h"
 #include "core/volume_files/data_file.h"
 #include "core/volume_files/header_lines.h"
 #include "core/volume_files/raw_samples.h"
@@ -137,13 +136,7 @@ class MetaImageReader {
       data = detached;
       if (header_bytes_) data = data.substr(std::min<std::uint64_t>(*header_bytes_, data.size()));
     }
-    if (is_text_) {
-      TextScanner scanner(data);
-      std::vector<double> numbers;
-      const std::uint64_t samples = raw_bytes(file_.shape, {.bytes = sizeof(double)}) / sizeof(double);
-      while (numbers.size() < samples) numbers.push_back(scanner.any_real("a sample"));
-      return take_numbers(numbers, {}, file_);
-    }
+    if (is_text_) return take_text(data, {}, file_);
     std::string unpacked;
     if (is_packed_) {
       unpacked = unzip(data, wanted, "the samples");

@@ -4,8 +4,6 @@
 #include "core/volume_files/read_npy.h"
 
 #include <algorithm>
-#include <optional>
-#include <utility>
 #include <vector>
 
 #include "core/base/echo.h"

@@ -4,7 +4,6 @@
 #include "core/volume_files/read_nrrd.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <map>
@@ -15,7 +14,6 @@
 
 #include "core/base/echo.h"
 #include "core/base/error.h"
-#include "core/mesh_import/text_scanner.h"
 #include "core/volume_files/data_file.h"
 #include "core/volume_files/header_lines.h"
 #include "core/volume_files/raw_samples.h"
@@ -267,7 +265,7 @@ class NrrdReader {
     }
     data = behind_lines(data, line_skip_);
     const RawOrder order{.channels_last = channels_last};
-    if (is_text) return take_text(data, order);
+    if (is_text) return take_text(data, order, file_);
     std::string unpacked;
     if (encoding_ != "raw") {
       const auto skipped = static_cast<std::uint64_t>(byte_skip_);  // -1: the samples are at the end.
@@ -280,14 +278,6 @@ class NrrdReader {
       data = data.substr(std::min<std::uint64_t>(static_cast<std::uint64_t>(byte_skip_), data.size()));
     }
     take_samples(whole_samples(data, wanted), format, order, file_);
-  }
-
-  void take_text(std::string_view text, RawOrder order) {
-    const std::uint64_t wanted = raw_bytes(file_.shape, {.bytes = sizeof(double)}) / sizeof(double);
-    TextScanner scanner(text);
-    std::vector<double> numbers;
-    while (numbers.size() < wanted) numbers.push_back(scanner.any_real("a sample"));
-    take_numbers(numbers, order, file_);
   }
 
   std::string_view bytes_;

@@ -26,7 +26,7 @@ struct CloseFile {
   void operator()(std::FILE* file) const noexcept { std::fclose(file); }
 };
 
-/// What libpng reports. It is thrown through libpng, which Debian compiles with unwind tables.
+/// A fault that libpng reports. It is thrown through libpng, which Debian compiles with unwind tables.
 struct PngFault {
   std::string text;
 };

@@ -18,8 +18,8 @@
 
 namespace ccslice::server {
 
-/// What slicing would give. `solids`: of the job's parts; `volumes`: of its fields. Throws like to_placed_parts(), and
-/// Error{kPartsOverlap}.
+/// Tells what slicing would give. `solids`: of the job's parts; `volumes`: of its fields. Throws like
+/// to_placed_parts(), and Error{kPartsOverlap}.
 v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request,
                                    std::span<const std::shared_ptr<const LimitSolid>> solids, const SliceLimits& limits,
                                    const CancellationToken& cancel, const Volumes& volumes = {});

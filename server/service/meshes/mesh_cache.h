@@ -79,7 +79,7 @@ std::vector<std::shared_ptr<const LimitSolid>> solids_of_parts(const std::vector
 
 /// Volumes by their ids; those in use keep their place in the cache.
 using Volumes = std::map<std::string, std::shared_ptr<const Volume>>;
-/// Those among `meshes`.
+/// Volumes among the meshes of a request.
 Volumes volumes_of(const std::vector<MeshPtr>& meshes);
 
 /// A mesh as the list shows it.

@@ -82,7 +82,7 @@ TEST(RawSamples, AreBroughtIntoOrder) {
 TEST(RawSamples, TakeNumbersOfText) {
   VolumeFile file;
   file.shape.samples = {3, 1, 1};
-  take_numbers({1, -2, 300}, {}, file);
+  take_text("1 -2 300", {}, file);
   EXPECT_EQ(file.shape.type, VolumeSampleType::kInt16);
   EXPECT_THAT(numbers_of(file), ElementsAre(1, -2, 300));
 }
