@@ -55,6 +55,9 @@ using ControlCellId = Id<struct ControlCellKind>;
 using LimitCellId = Id<struct LimitCellKind>;
 using BoundaryFaceId = Id<struct BoundaryFaceKind>;  // In BoundarySurface::faces_and_interfaces().
 
+/// Some of a printing's materials: bit m stands for material m.
+using MaterialSet = std::uint32_t;
+
 /// The ids 0 to count - 1, or begin to end - 1, in order.
 template <typename Id>
 class IdRange {

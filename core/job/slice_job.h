@@ -77,7 +77,7 @@ inline constexpr std::size_t kMostOverlaps = 256;
 
 /// Counts of the region's voxels. Where parts overlap, those of channels and maps count a voxel once for each part.
 struct LayerStats {
-  std::uint64_t voxels_inside = 0;
+  std::uint64_t voxels_inside = 0;        // Without those that are left empty (PrintMaterial).
   std::uint64_t voxels_cut = 0;           // Of the solid, that SliceJob::cut leaves out.
   std::uint64_t voxels_covered = 0;       // Of parts, that belong to another part: once for each.
   std::uint64_t voxels_coherent = 0;      // Inverted from a neighbour's parameter.
@@ -94,7 +94,7 @@ struct LayerStats {
   std::uint64_t voxels_off_map = 0;            // Values that their material map doesn't cover: it clamped them.
   std::uint64_t voxels_scaled_up = 0;          // Direct fractions of less than 1 in all, and none takes the rest.
   double least_fraction_sum = 0;               // Of these voxels; 0 if there are none.
-  std::vector<std::uint64_t> material_voxels;  // Voxels of material 1, 2, ...; empty if no plane shows materials.
+  std::vector<std::uint64_t> material_voxels;  // Voxels of material 1, 2, ...; empty if none are chosen.
   std::vector<PartVoxels> parts;               // Of several placed parts: by part, copies together.
   std::vector<PartOverlap> overlaps;           // As they are met, kMostOverlaps at most.
 };

@@ -143,10 +143,10 @@ EncodedPlane PlaneEncoder::encode(const IndexImage& image, SampleType type, Enco
                        [&] { return find_encoding(encoding)->encode_indices(state_->codecs, image, packed, cancel); });
 }
 
-EncodedPlane PlaneEncoder::encode_mask(const IndexImage& image, std::uint32_t material, Encoding encoding,
+EncodedPlane PlaneEncoder::encode_mask(const IndexImage& image, MaterialSet materials, Encoding encoding,
                                        const CancellationToken& cancel) {
   refuse(encoding_obstacle(SampleType::kBit, encoding));
-  pack_mask(image, material, state_->packed, cancel);
+  pack_mask(image, materials, state_->packed, cancel);
   const SampleImage packed = packed_image(image, SampleType::kBit, state_->packed);
   return checked_plane(packed, cancel,
                        [&] { return find_encoding(encoding)->encode_mask(state_->codecs, packed, cancel); });

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "core/base/cancellation.h"
+#include "core/base/ids.h"
 #include "core/output/plane.h"
 
 namespace ccslice {
@@ -43,8 +44,8 @@ class PlaneEncoder {
   /// kInternal for a number beyond the palette too: no file is made of colours that weren't asked for.
   [[nodiscard]] EncodedPlane encode(const IndexImage& image, SampleType type, Encoding encoding,
                                     const CancellationToken& cancel = {});
-  /// Which voxels are of one material, as kBit; 1 bit a voxel in PNG. REQUIRES and throws what the one above does.
-  [[nodiscard]] EncodedPlane encode_mask(const IndexImage& image, std::uint32_t material, Encoding encoding,
+  /// Which voxels are of these materials, as kBit; 1 bit a voxel in PNG. REQUIRES and throws what the one above does.
+  [[nodiscard]] EncodedPlane encode_mask(const IndexImage& image, MaterialSet materials, Encoding encoding,
                                          const CancellationToken& cancel = {});
 
  private:

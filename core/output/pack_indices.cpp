@@ -124,7 +124,7 @@ std::vector<std::uint64_t> count_materials(const IndexImage& image, const Cancel
   return voxels;
 }
 
-void pack_mask(const IndexImage& image, std::uint32_t material, std::vector<std::uint8_t>& packed,
+void pack_mask(const IndexImage& image, MaterialSet materials, std::vector<std::uint8_t>& packed,
                const CancellationToken& cancel) {
   const LayerWindow window = image_window(image);
   const std::size_t row_bytes = (std::size_t{window.columns} + 7) / 8;
@@ -133,7 +133,11 @@ void pack_mask(const IndexImage& image, std::uint32_t material, std::vector<std:
   for (std::uint32_t y = 0; y < window.rows; ++y) {
     if (y % kRowsPerPoll == 0) cancel.throw_if_cancelled();
     const auto indices = image.indices.subspan(std::size_t{window.columns} * y, window.columns);
-    std::transform(indices.begin(), indices.end(), row.begin(), [&](std::uint8_t index) { return index == material; });
+    std::fill(row.begin(), row.end(), std::uint8_t{0});
+    for (MaterialSet left = materials; left != 0; left &= left - 1) {
+      const auto material = static_cast<std::uint8_t>(std::countr_zero(left));
+      for (std::size_t x = 0; x < row.size(); ++x) row[x] |= static_cast<std::uint8_t>(indices[x] == material);
+    }
     pack_numbers(row.data(), window.columns, 1, &packed[row_bytes * y]);
   }
 }

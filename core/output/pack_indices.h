@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/base/cancellation.h"
+#include "core/base/ids.h"
 #include "core/output/plane.h"
 
 namespace ccslice {
@@ -27,8 +28,8 @@ void require_known_materials(const IndexImage& image);
 /// Voxels of each number, from the background's on. Throws as above, and Error{kCancelled}.
 std::vector<std::uint64_t> count_materials(const IndexImage& image, const CancellationToken& cancel);
 
-/// One bit a voxel of the image's window: which are `material`. Throws Error{kCancelled}.
-void pack_mask(const IndexImage& image, std::uint32_t material, std::vector<std::uint8_t>& packed,
+/// One bit a voxel of the image's window: which are of these materials. Throws Error{kCancelled}.
+void pack_mask(const IndexImage& image, MaterialSet materials, std::vector<std::uint8_t>& packed,
                const CancellationToken& cancel);
 
 /// Numbers one after the other; what is left of the last byte is 0. REQUIRES: bits 1, 2, 4 or 8; all numbers below

@@ -105,6 +105,34 @@ void colour_channel(const PreviewColours& show, const Values& values, std::span<
   }
 }
 
+/// What materials look like that are mixed. They are as transparent as voxels are left empty.
+class MixedColours {
+ public:
+  explicit MixedColours(const Printing& printing) : materials_(printing.materials) {
+    for (const PrintMaterial& material : materials_) light_.push_back(linear_colour(material.rgba));
+  }
+  Rgba of(const Fractions& fractions, std::uint32_t k) const {
+    Vec3 light = Vec3::Zero();
+    double printed = 0, all = 0;
+    for (std::size_t m = 0; m < materials_.size(); ++m) {
+      const double fraction = fractions[m][k];
+      all += fraction;
+      if (materials_[m].leaves_empty) continue;
+      light += fraction * light_[m];
+      printed += fraction;
+    }
+    if (printed == all) return {srgb_byte(light[0]), srgb_byte(light[1]), srgb_byte(light[2]), kOpaque};
+    const auto alpha = static_cast<std::uint8_t>(std::lround(kOpaque * printed / all));
+    if (alpha == 0) return {};
+    light /= printed;
+    return {srgb_byte(light[0]), srgb_byte(light[1]), srgb_byte(light[2]), alpha};
+  }
+
+ private:
+  const std::vector<PrintMaterial>& materials_;
+  std::vector<Vec3> light_;
+};
+
 /// Calls take(row, first column, count, fractions) for the pixels of each block.
 template <typename Take>
 void mix_blocks(const HalftonePlan& plan, std::span<const SampleImage> channels, std::span<const MixedRun> runs,
@@ -173,20 +201,13 @@ Printing mixed_only(Printing printing) {
 void mix_pixels(std::span<const MixedPixels> parts, PreviewPicture& picture, const CancellationToken& cancel) {
   Canvas canvas(picture);
   for (const MixedPixels& part : parts) {
-    std::vector<Vec3> colours;
-    for (const PrintMaterial& material : part.plan->printing().materials) {
-      colours.push_back(linear_colour(material.rgba));
-    }
+    const MixedColours colours(part.plan->printing());
     mix_blocks(*part.plan, part.values, part.runs, cancel,
                [&](std::uint32_t row, std::uint32_t first, std::uint32_t count, const Fractions& fractions) {
-                 for (std::uint32_t k = 0; k < count; ++k) {
-                   Vec3 light = Vec3::Zero();
-                   for (std::size_t m = 0; m < colours.size(); ++m) light += double{fractions[m][k]} * colours[m];
-                   canvas.set(first + k, row, {srgb_byte(light[0]), srgb_byte(light[1]), srgb_byte(light[2]), kOpaque});
-                 }
+                 for (std::uint32_t k = 0; k < count; ++k) canvas.set(first + k, row, colours.of(fractions, k));
                });
   }
-  for (std::size_t at = 3; at < picture.rgba.size(); at += 4) picture.pixels_inside += picture.rgba[at] == kOpaque;
+  for (std::size_t at = 3; at < picture.rgba.size(); at += 4) picture.pixels_inside += picture.rgba[at] > 0;
 }
 
 void halftone_pixels(const PreviewPlane& plane, const Grid& grid, const HalftonePlan& plan,
@@ -218,6 +239,7 @@ void halftone_pixels(const PreviewPlane& plane, const Grid& grid, const Halftone
                for (std::uint32_t k = 0; k < count; ++k) {
                  const std::uint8_t material = choose(voxels.at(first + k, row), fractions, k);
                  ++picture.material_pixels[material - 1u];
+                 if (materials[material - 1u].leaves_empty) continue;
                  ++picture.pixels_inside;
                  canvas.set(first + k, row, opaque(materials[material - 1u].rgba));
                }
@@ -233,6 +255,7 @@ void material_pixels(std::span<const std::uint8_t> numbers, const Printing& prin
       const std::uint8_t material = numbers[voxel++];
       if (material == 0) continue;
       ++picture.material_pixels[material - 1u];
+      if (printing.materials[material - 1u].leaves_empty) continue;
       ++picture.pixels_inside;
       canvas.set(column, row, opaque(printing.materials[material - 1u].rgba));
     }

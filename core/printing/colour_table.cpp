@@ -13,7 +13,12 @@ namespace ccslice {
 
 ColourTable::ColourTable(const std::vector<PrintMaterial>& palette, const CancellationToken& cancel) {
   std::vector<Vec3> colours;
-  for (const PrintMaterial& material : palette) colours.push_back(linear_colour(material.rgba));
+  std::vector<std::size_t> numbers;  // In the palette, of the colours.
+  for (std::size_t m = 0; m < palette.size(); ++m) {
+    if (palette[m].leaves_empty) continue;  // It has no light to add.
+    colours.push_back(linear_colour(palette[m].rgba));
+    numbers.push_back(m);
+  }
   const ColourGamut gamut(colours);
   std::array<double, kNodes> level;
   for (std::size_t i = 0; i < kNodes; ++i) level[i] = linear_intensity(static_cast<double>(i) / (kNodes - 1));
@@ -22,7 +27,7 @@ ColourTable::ColourTable(const std::vector<PrintMaterial>& palette, const Cancel
     for (std::size_t node = 0; node < kNodes * kNodes; ++node) {
       const ColourMix mix = gamut.mix({level[node % kNodes], level[node / kNodes], level[blue]});
       Weights& weights = weights_.emplace_back();
-      for (std::size_t m = 0; m < weights.size(); ++m) weights[m] = static_cast<float>(mix.weights[m]);
+      for (std::size_t c = 0; c < numbers.size(); ++c) weights[numbers[c]] = static_cast<float>(mix.weights[c]);
       reached_.push_back(mix.distance <= kStrictSlack);
     }
   }

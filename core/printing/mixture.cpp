@@ -94,8 +94,13 @@ Mixture::Mixture(const Printing& printing, const MaterialMap& map, std::shared_p
     first_ = pure->material - 1;
   }
   for (const MapOverride& first : map.overrides) {
-    const auto row = std::ranges::find(channels_, first.channel) - channels_.begin();
-    overrides_.push_back({static_cast<std::size_t>(row), static_cast<float>(first.below), first.material - 1});
+    const auto row = static_cast<std::size_t>(std::ranges::find(channels_, first.channel) - channels_.begin());
+    const Override own{row, static_cast<float>(first.below), first.material - 1};
+    if (first.instead_of == 0) {
+      overrides_.push_back(own);
+    } else {
+      replacements_.push_back({own, first.instead_of - 1});
+    }
   }
 }
 
@@ -149,6 +154,7 @@ void Mixture::make_table(const ColourMap& map, std::shared_ptr<const ColourTable
 void Mixture::evaluate(std::span<const MixRow> values, Fractions& fractions) const noexcept {
   mix_kind(values, fractions);
   if (!overrides_.empty()) override_kind(values, fractions);
+  if (!replacements_.empty()) replace(values, fractions);
 }
 
 /// Applies the last one first, so that those before it have the last word.
@@ -159,6 +165,19 @@ void Mixture::override_kind(std::span<const MixRow> values, Fractions& fractions
     for (std::size_t m = 0; m < material_count_; ++m) {
       const float fraction = m == own.material ? 1.0f : 0.0f;
       for (std::size_t k = 0; k < kMixBlock; ++k) fractions[m][k] = row[k] < own.below ? fraction : fractions[m][k];
+    }
+  }
+}
+
+/// What one takes away no other one gives, so their order doesn't matter.
+void Mixture::replace(std::span<const MixRow> values, Fractions& fractions) const noexcept {
+  for (const Replacement& own : replacements_) {
+    const MixRow& row = values[own.row];
+    MixRow &from = fractions[own.instead_of], &to = fractions[own.material];
+    for (std::size_t k = 0; k < kMixBlock; ++k) {
+      const float moved = row[k] < own.below ? from[k] : 0.0f;
+      from[k] -= moved;
+      to[k] += moved;
     }
   }
 }

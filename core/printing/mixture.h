@@ -10,7 +10,8 @@
 //   direct  f_m = v_m; a material that takes the rest gets max(0, 1 - sum);
 //   colour  weights of the palette for the nearest colour that it reaches (colour_table.h).
 //
-// A voxel at which an override of the map holds is of that one's material alone, whatever the values are.
+// A voxel at which an override of the map holds is of that one's material alone, whatever the values are. Then those
+// overrides follow that take the fraction of one material only.
 
 #pragma once
 
@@ -78,6 +79,9 @@ class Mixture {
     float below;
     std::size_t material;  // From 0.
   };
+  struct Replacement : Override {
+    std::size_t instead_of;  // From 0.
+  };
   struct Colours {
     std::array<std::size_t, 3> rows;
     float scale;  // From values to nodes.
@@ -97,6 +101,7 @@ class Mixture {
   MixRow sum_of_shares(std::span<const MixRow> values) const noexcept;
   void mix_kind(std::span<const MixRow> values, Fractions& fractions) const noexcept;
   void override_kind(std::span<const MixRow> values, Fractions& fractions) const noexcept;
+  void replace(std::span<const MixRow> values, Fractions& fractions) const noexcept;
   bool is_overridden(std::span<const MixRow> values, std::size_t voxel) const noexcept;
   bool table_fits(float value) const noexcept;
   bool shares_fit(std::span<const MixRow> values, std::size_t voxel) const noexcept;
@@ -110,6 +115,7 @@ class Mixture {
   Table table_;
   std::vector<Share> shares_;
   std::vector<Override> overrides_;
+  std::vector<Replacement> replacements_;
   std::optional<std::size_t> rest_;
   Colours colours_;
 };

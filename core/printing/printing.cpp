@@ -107,6 +107,7 @@ class MapCheck {
       channels_.require(overrides[i].channel, path + ".channel");
       check_finite(overrides[i].below, path + ".below");
       check_material(overrides[i].material, path + ".material");
+      if (overrides[i].instead_of != 0) check_kept_out(overrides, i, path);
     }
   }
 
@@ -114,6 +115,18 @@ class MapCheck {
   void check_material(std::uint32_t material, const std::string& field) const {
     if (material >= 1 && material <= printing_.materials.size()) return;
     refuse(ErrorCode::kMaterialUnknown, field, "there is no material " + std::to_string(material));
+  }
+
+  /// What an override takes the place of is gone for good: no other one brings it back.
+  void check_kept_out(const std::vector<MapOverride>& overrides, std::size_t i, const std::string& path) const {
+    check_material(overrides[i].instead_of, path + ".instead_of");
+    for (std::size_t j = 0; j < overrides.size(); ++j) {
+      if (overrides[j].instead_of != overrides[i].material) continue;
+      const std::string name = '"' + echoed(printing_.materials[overrides[i].material - 1].name) + '"';
+      refuse(ErrorCode::kMaterialMapInvalid, path + ".material",
+             name + " takes the place of \"" + echoed(printing_.materials[overrides[i].instead_of - 1].name) +
+                 "\", and " + (i == j ? "is the same one" : "is kept out itself") + "; name another material");
+    }
   }
 
   void check_unused(const std::vector<std::uint32_t>& used, std::uint32_t material, const std::string& field) const {
@@ -279,6 +292,18 @@ std::vector<std::string> override_channels_of(const Printing& printing) {
   return channels;
 }
 
+MaterialSet printed_materials(const Printing& printing) {
+  MaterialSet printed = 0;
+  for (std::size_t m = 0; m < printing.materials.size(); ++m) {
+    if (!printing.materials[m].leaves_empty) printed |= MaterialSet{1} << (m + 1);
+  }
+  return printed;
+}
+
+bool leaves_voxels_empty(const Printing& printing) {
+  return std::ranges::any_of(printing.materials, &PrintMaterial::leaves_empty);
+}
+
 void validate_materials(const Printing& printing) {
   const std::vector<PrintMaterial>& materials = printing.materials;
   const std::string list = "printing.materials";
@@ -288,9 +313,12 @@ void validate_materials(const Printing& printing) {
         ErrorCode::kTooManyMaterials, list,
         std::to_string(materials.size()) + " are more than " + std::to_string(kMaxPrintMaterials) + "; leave some out");
   }
+  if (printed_materials(printing) == 0) {
+    refuse(ErrorCode::kMaterialsMissing, list, "all of them leave voxels empty; name one that is printed");
+  }
   for (std::size_t i = 0; i < materials.size(); ++i) {
     check_name(materials[i], item(list, i));
-    if (materials[i].rgba == printing.background_rgba) {
+    if (materials[i].rgba == printing.background_rgba && !materials[i].leaves_empty) {
       refuse(ErrorCode::kMaterialColourRepeated, item(list, i) + ".rgba",
              "the background's colour; change one of them, pictures couldn't tell them apart");
     }

@@ -15,6 +15,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/ids.h"
 #include "core/channel/channel_source.h"
 #include "core/limit/limit_solid.h"
 
@@ -30,7 +31,8 @@ inline constexpr std::size_t kMaxMapOverrides = 16;
 
 struct PrintMaterial {
   std::string name;
-  std::uint32_t rgba = 0;  // 0xRRGGBBAA, sRGB.
+  std::uint32_t rgba = 0;     // 0xRRGGBBAA, sRGB.
+  bool leaves_empty = false;  // Nothing is printed where it is chosen.
 };
 
 /// All of one material.
@@ -79,6 +81,7 @@ struct MapOverride {
   std::string channel;
   double below = 0;
   std::uint32_t material = 0;
+  std::uint32_t instead_of = 0;  // Takes only the fraction of this one, after all that take everything (0).
 };
 
 struct MaterialMap {
@@ -133,6 +136,11 @@ struct Printing {
   Halftone halftone;
   std::uint32_t background_rgba = 0x000000ff;
 };
+
+/// The numbers of the materials that are printed.
+MaterialSet printed_materials(const Printing& printing);
+/// Some material leaves voxels empty.
+bool leaves_voxels_empty(const Printing& printing);
 
 /// The colours by material number, the background's first.
 std::vector<std::uint32_t> palette_of(const Printing& printing);

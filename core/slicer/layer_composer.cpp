@@ -59,7 +59,8 @@ LayerComposer::LayerComposer(const PlacedParts& parts)
     }
   }
   region_palette_ = region_palette(names.size());
-  if (shows_materials(job_)) material_palette_ = palette_of(*job_.printing);
+  if (chooses_materials(job_)) material_palette_ = palette_of(*job_.printing);
+  leaves_empty_ = job_.printing && leaves_voxels_empty(*job_.printing);
   if (parts.size() == 1) return;
   const ChannelTable table(parts.front().solid->summary().channels, job_.sources);
   for (const PlaneSpec& plane : shown_channels(job_)) {
@@ -68,7 +69,7 @@ LayerComposer::LayerComposer(const PlacedParts& parts)
   const LayerWindow most = common_window(whole_bytes(window_of_parts(parts)), region_);
   const std::size_t voxels = std::size_t{most.columns} * most.rows;
   for (ContonePlane& plane : channels_) plane.reserve(voxels);
-  if (shows_materials(job_)) materials_.reserve(voxels);
+  if (chooses_materials(job_)) materials_.reserve(voxels);
 }
 
 void LayerComposer::start(std::uint32_t layer, const LayerWindow& window) {
@@ -77,7 +78,7 @@ void LayerComposer::start(std::uint32_t layer, const LayerWindow& window) {
   layer_.index = layer;
   layer_.z_mm = job_.grid.layer_z_mm(layer);
   if (parts_.size() > 1) {
-    const std::size_t materials = shows_materials(job_) ? job_.printing->materials.size() : 0;
+    const std::size_t materials = chooses_materials(job_) ? job_.printing->materials.size() : 0;
     layer_.stats.material_voxels.assign(materials, 0);
     layer_.stats.parts.assign(numbers_.back() + 1, {0, layer_.stats.material_voxels});
   }
@@ -135,7 +136,7 @@ void LayerComposer::add_stats(const PaintedPart& painted) {
 void LayerComposer::clear_samples(const CancellationToken& cancel) {
   if (std::exchange(is_cleared_, true)) return;
   for (ContonePlane& plane : channels_) plane.clear(window_.columns, window_.rows, cancel);
-  if (shows_materials(job_)) materials_.assign(std::size_t{window_.columns} * window_.rows, 0);
+  if (chooses_materials(job_)) materials_.assign(std::size_t{window_.columns} * window_.rows, 0);
 }
 
 void LayerComposer::add_samples(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel) {
@@ -149,7 +150,7 @@ void LayerComposer::add_samples(std::uint32_t part, const PaintedPart& painted, 
     const std::size_t from = painted.window.index(kept.begin, kept.row), to = window_.index(kept.begin, kept.row);
     const auto count = static_cast<std::uint32_t>(size_of(kept));
     for (std::size_t c = 0; c < channels_.size(); ++c) channels_[c].copy_run(painted.planes[c], from, to, count);
-    if (shows_materials(job_)) std::memcpy(&materials_[to], &painted.materials.indices[from], count);
+    if (chooses_materials(job_)) std::memcpy(&materials_[to], &painted.materials.indices[from], count);
   }
   if (shows_cell_regions(job_)) add_regions(part, painted.shape->regions, owned);
 }
@@ -162,7 +163,7 @@ void LayerComposer::count_owned(std::uint32_t part, const PaintedPart& painted, 
   PartVoxels& own = all.parts[numbers_[part]];
   all.voxels_inside += voxels;
   own.voxels += voxels;
-  if (!shows_materials(job_)) return;
+  if (!chooses_materials(job_)) return;
   std::vector<std::uint64_t> materials = painted.stats.material_voxels;
   if (voxels != painted.stats.voxels_inside) {
     std::array<std::uint64_t, 256> histogram{};
@@ -220,7 +221,19 @@ void LayerComposer::add_regions(std::uint32_t part, std::span<const RegionRun> r
   }
 }
 
+/// Leaves out of the counts of voxels those that nothing is printed in.
+void LayerComposer::discount_empty_voxels() {
+  if (!leaves_empty_) return;
+  const MaterialSet printed = printed_materials(*job_.printing);
+  const auto discount = [&](std::uint64_t& voxels, std::span<const std::uint64_t> of_materials) {
+    for (std::size_t m = 0; m < of_materials.size(); ++m) voxels -= (printed >> (m + 1) & 1) == 0 ? of_materials[m] : 0;
+  };
+  discount(layer_.stats.voxels_inside, layer_.stats.material_voxels);
+  for (PartVoxels& part : layer_.stats.parts) discount(part.voxels, part.material_voxels);
+}
+
 Layer LayerComposer::finish(const CancellationToken& cancel) {
+  discount_empty_voxels();
   if (only_) {
     layer_.planes = encode(
         {only_->window, only_->shape->spans, only_->shape->regions, only_->planes, only_->materials.indices}, cancel);
@@ -286,9 +299,11 @@ std::vector<EncodedPlane> LayerComposer::encode(const Samples& samples, const Ca
       planes.push_back(encoder_.encode(materials, plane.sample_type, plane.encoding, cancel));
       continue;
     }
-    if (plane.content == PlaneContent::kMaterialMask) {
+    const bool is_mask = plane.content == PlaneContent::kMaterialMask;
+    if (is_mask || (plane.content == PlaneContent::kOccupancy && leaves_empty_)) {
       const IndexImage materials = numbers_for(plane, material_numbers_, cancel);
-      planes.push_back(encoder_.encode_mask(materials, plane.material, plane.encoding, cancel));
+      const MaterialSet shown = is_mask ? MaterialSet{1} << plane.material : printed_materials(*job_.printing);
+      planes.push_back(encoder_.encode_mask(materials, shown, plane.encoding, cancel));
       continue;
     }
     SampleImage image;

@@ -100,6 +100,7 @@ class LayerComposer {
   void add_samples(std::uint32_t part, const PaintedPart& painted, const CancellationToken& cancel);
   void add_regions(std::uint32_t part, std::span<const RegionRun> regions, std::span<const VoxelRun> owned);
   void count_owned(std::uint32_t part, const PaintedPart& painted, std::span<const VoxelRun> owned);
+  void discount_empty_voxels();
   void note_covered(std::uint32_t part, const OwnedRun& run);
   std::vector<EncodedPlane> encode(const Samples& samples, const CancellationToken& cancel);
   IndexImage numbers_for(const PlaneSpec& plane, Numbers& numbers, const CancellationToken& cancel) const;
@@ -114,6 +115,7 @@ class LayerComposer {
   std::vector<std::uint32_t> numbers_;                 // By placed part: of the part, which its copies share.
   std::vector<std::vector<std::uint8_t>> regions_of_;  // By part, then by its region: its place in cell_region_names().
   std::vector<std::uint32_t> region_palette_, material_palette_;
+  bool leaves_empty_ = false;  // Some material of the printing does.
 
   // The layer at hand:
   Layer layer_;

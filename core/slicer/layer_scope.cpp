@@ -17,7 +17,7 @@ LayerScope whole_scope(const SliceJob& job) {
 LayerScope scope_of(const SliceJob& job) {
   LayerScope scope{{}, region_of(job).window(), region_of(job).window()};
   // Errors come from all voxels before.
-  if (shows_materials(job) && job.printing->halftone.traits().carries_errors) {
+  if (chooses_materials(job) && job.printing->halftone.traits().carries_errors) {
     scope.window = {0, 0, job.grid.extent.columns, scope.region.end_row()};
   }
   const std::uint32_t last_block = (scope.window.end_row() - 1) / kRowsTogether;

@@ -328,7 +328,7 @@ std::shared_ptr<const PartPainter::Shared> PartPainter::share(const PlacedParts&
   auto index = std::make_shared<const ContourIndex>(*part.solid, job.placement, Vec3::UnitZ(), cancel);
   std::shared_ptr<const HalftonePlan> halftone = before != nullptr ? before->halftone : nullptr;
   const VoxelPitch& pitch = job.grid.pitch;
-  if (shows_materials(job) && !halftone) {
+  if (chooses_materials(job) && !halftone) {
     halftone = std::make_shared<const HalftonePlan>(*job.printing, pitch.x_mm, pitch.y_mm, pitch.z_mm, cancel);
   }
   if (!tiles_fit && job.channel_tolerance != 0 && PartPlanes(job, part.solid->summary()).need_solid()) {

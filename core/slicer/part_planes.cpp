@@ -23,7 +23,7 @@ PlaneSpec float_plane(const std::string& channel) {
 /// The values that overrides compare the channel with.
 std::vector<float> override_bounds(const SliceJob& job, const std::string& channel) {
   std::vector<float> bounds;
-  if (!shows_materials(job)) return bounds;
+  if (!chooses_materials(job)) return bounds;
   for (const MaterialMap* map : maps_of(*job.printing)) {
     for (const MapOverride& first : map->overrides) {
       if (first.channel == channel) bounds.push_back(static_cast<float>(first.below));
@@ -34,7 +34,8 @@ std::vector<float> override_bounds(const SliceJob& job, const std::string& chann
 
 }  // namespace
 
-bool shows_materials(const SliceJob& job) {
+bool chooses_materials(const SliceJob& job) {
+  if (job.printing && leaves_voxels_empty(*job.printing)) return true;
   return std::any_of(job.planes.begin(), job.planes.end(), [](const PlaneSpec& plane) {
     return plane.content == PlaneContent::kMaterials || plane.content == PlaneContent::kMaterialMask;
   });
@@ -62,14 +63,14 @@ std::vector<PlaneSpec> shown_channels(const SliceJob& job) {
 
 std::vector<PlaneSpec> mixed_channels(const SliceJob& job) {
   std::vector<PlaneSpec> planes;
-  if (!shows_materials(job)) return planes;
+  if (!chooses_materials(job)) return planes;
   for (const std::string& channel : channels_of(*job.printing)) planes.push_back(float_plane(channel));
   return planes;
 }
 
 std::vector<PlaneSpec> override_channels(const SliceJob& job) {
   std::vector<PlaneSpec> planes;
-  if (!shows_materials(job)) return planes;
+  if (!chooses_materials(job)) return planes;
   for (const std::string& channel : override_channels_of(*job.printing)) planes.push_back(float_plane(channel));
   return planes;
 }
@@ -83,7 +84,7 @@ std::vector<UsedSource> used_sources(const SliceJob& job) {
   if (job.sources.empty()) return used;
   std::vector<std::string> wanted;  // For their values.
   for (const PlaneSpec& plane : shown_channels(job)) wanted.push_back(plane.channel);
-  if (shows_materials(job)) {
+  if (chooses_materials(job)) {
     for (const MaterialMap* map : maps_of(*job.printing)) {
       const std::vector<std::string> channels = kind_channels_of(*map);
       wanted.insert(wanted.end(), channels.begin(), channels.end());

@@ -21,8 +21,8 @@
 
 namespace ccslice {
 
-/// Some plane shows printable materials.
-bool shows_materials(const SliceJob& job);
+/// Some plane shows printable materials, or depends on which of them leave voxels empty.
+bool chooses_materials(const SliceJob& job);
 
 /// The planes of one channel each that a plane is made of; none unless it shows channels.
 std::vector<PlaneSpec> channels_of_plane(const PlaneSpec& plane);

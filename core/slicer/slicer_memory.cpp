@@ -90,7 +90,7 @@ double plane_bytes(const PlaneSpec& plane, const LayerWindow& window) {
 
 /// Samples of channels and materials, of the window that a part is in.
 double painted_bytes(const SliceJob& job, const LayerWindow& window) {
-  double bytes = shows_materials(job) ? voxels_of(window) : 0;
+  double bytes = chooses_materials(job) ? voxels_of(window) : 0;
   for (const PlaneSpec& plane : all_channels(job)) bytes += plane_bytes(plane, window);
   return bytes;
 }
@@ -104,8 +104,10 @@ double encoded_bytes(const SliceJob& job, const LayerWindow& window) {
     if (plane.content == PlaneContent::kChannels) largest = std::max(largest, plane_bytes(plane, window));
     largest = std::max(largest, plane_bytes(plane, taken));
     bytes += plane_bytes(plane, taken);  // The layer's bytes: no more than raw, or little more.
-    if (plane.content == PlaneContent::kMaterials || plane.content == PlaneContent::kMaterialMask ||
-        plane.content == PlaneContent::kCellRegions) {
+    const bool is_of_numbers = plane.content == PlaneContent::kMaterials ||
+                               plane.content == PlaneContent::kMaterialMask ||
+                               plane.content == PlaneContent::kCellRegions;
+    if (is_of_numbers || (plane.content == PlaneContent::kOccupancy && chooses_materials(job))) {
       bytes += voxels_of(taken);
     }
   }
@@ -332,7 +334,7 @@ double voxels_in_region(const PlacedPart& part) {
 /// The maps that colours are looked up in are tables.
 double map_bytes(const PlacedPart& part) {
   constexpr double kTable = 33 * 33 * 33 * 4 * sizeof(float);
-  if (part.is_copy || !shows_materials(part.job)) return 0;
+  if (part.is_copy || !chooses_materials(part.job)) return 0;
   double bytes = 0;
   for (const MaterialMap* map : maps_of(*part.job.printing)) {
     if (std::holds_alternative<ColourMap>(map->kind)) bytes += kTable;
@@ -383,7 +385,7 @@ SlicerMemory slicer_memory(const PlacedParts& parts, const CancellationToken& ca
   double composed = encoded_bytes(job, window);
   if (parts.size() > 1) {
     const LayerWindow held = common_window(window, region_of(job).window());
-    if (shows_materials(job)) composed += voxels_of(held);
+    if (chooses_materials(job)) composed += voxels_of(held);
     for (const PlaneSpec& plane : shown_channels(job)) composed += plane_bytes(plane, held);
   }
   memory.slicer_bytes += static_cast<std::uint64_t>(composed);

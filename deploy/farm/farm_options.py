@@ -22,8 +22,8 @@ _PICTURES = {"--background": VALUE, "--channel": VALUE, "--channel-tolerance": V
              "--all-channels": FLAG, "--cell-regions": FLAG, "--masks": FLAG, "--occupancy": FLAG,
              "--prove-channels": FLAG}
 _FIELDS = {"--cut-where": VALUE, "--field": VALUE}
-_MATERIALS = {"--density": VALUE, "--halftone": VALUE, "--map": VALUE, "--material": VALUE, "--seed": VALUE,
-              "--shell": VALUE, "--strict": FLAG, "--where": VALUE}
+_MATERIALS = {"--density": VALUE, "--halftone": VALUE, "--keep-out": VALUE, "--map": VALUE, "--material": VALUE,
+              "--seed": VALUE, "--shell": VALUE, "--strict": FLAG, "--where": VALUE}
 _SERVICE = {"--attempts": VALUE, "--patience": VALUE, "--timeout": VALUE, "--quiet": FLAG}
 # `ccslice plan` doesn't know these.
 _OF_SLICE = {"--contours": VALUE, "--layers": VALUE, "--split": VALUE, "--contours-by-cell-region": FLAG,

@@ -11,7 +11,9 @@
 
 #include "client/cli/base/text_values.h"
 #include "client/cli/options/job.h"
+#include "client/cli/options/map_overrides.h"
 #include "client/cli/options/printing.h"
+#include "core/base/number_text.h"
 
 namespace ccslice::cli {
 namespace {
@@ -43,8 +45,8 @@ TEST(PrintingOptions, NameMaterialsAndColours) {
 
 TEST(PrintingOptions, ReadOverridesOfAllMaps) {
   const std::vector<std::string> where = {"depth<0.5=hard", "\"a<b\"<-1e-3=y"};
-  const auto alone =
-      parse_printing({.materials = {"soft=#102030", "hard=#ffffff"}, .maps = {}, .where = where, .background = ""});
+  const auto alone = parse_printing(
+      {.materials = {"soft=#102030", "hard=#ffffff"}, .maps = {}, .overrides = {.where = where}, .background = ""});
   EXPECT_EQ(alone->map().material(), "soft") << "takes the rest";
   ASSERT_EQ(alone->map().overrides_size(), 2);
   EXPECT_EQ(alone->map().overrides(0).channel(), "depth");
@@ -52,14 +54,70 @@ TEST(PrintingOptions, ReadOverridesOfAllMaps) {
   EXPECT_EQ(alone->map().overrides(0).material(), "hard");
   EXPECT_EQ(alone->map().overrides(1).channel(), "a<b");
   EXPECT_EQ(alone->map().overrides(1).below(), -1e-3);
-  const auto regions = parse_printing(
-      {.materials = {"soft=#102030"}, .maps = {"region:core=soft,shell=soft"}, .where = where, .background = ""});
+  const auto regions = parse_printing({.materials = {"soft=#102030"},
+                                       .maps = {"region:core=soft,shell=soft"},
+                                       .overrides = {.where = where},
+                                       .background = ""});
   EXPECT_FALSE(regions->has_map());
   EXPECT_EQ(regions->cell_region_maps(1).map().overrides_size(), 2);
   for (const char* bad :
        {"", "depth", "depth<=hard", "depth<0.5", "<0.5=hard", "depth<x=hard", "depth>0.5=hard", "depth=hard"}) {
-    EXPECT_THROW(parse_printing({.materials = {"a=#102030"}, .maps = {}, .where = {bad}, .background = ""}), UsageError)
+    EXPECT_THROW(
+        parse_printing({.materials = {"a=#102030"}, .maps = {}, .overrides = {.where = {bad}}, .background = ""}),
+        UsageError)
         << bad;
+  }
+}
+
+TEST(PrintingOptions, ReadNothing) {
+  const auto black = parse_printing({.materials = {"soft=#102030", "void"}, .maps = {}, .background = ""});
+  EXPECT_FALSE(black->materials(0).leaves_empty());
+  EXPECT_TRUE(black->materials(1).leaves_empty());
+  EXPECT_EQ(black->materials(1).rgba(), 0x000000ffu);
+  const auto white = parse_printing({.materials = {"soft=#102030", "void"}, .maps = {}, .background = "#ffffff"});
+  EXPECT_EQ(white->materials(1).rgba(), 0xffffffffu) << "the background's";
+  const auto own = parse_printing({.materials = {"soft=#102030", "void=#00000000"}, .maps = {}, .background = ""});
+  EXPECT_TRUE(own->materials(1).leaves_empty());
+  EXPECT_EQ(own->materials(1).rgba(), 0u);
+}
+
+TEST(PrintingOptions, ReadShellsAndWhatIsKeptOutByCellRegion) {
+  const OverrideOptions options{.where = {"x<1=soft", "region:core=y<2=hard"},
+                                .shells = {"0.5=hard", "0.25=soft", "region:\"a,b\"=0.75=soft"},
+                                .keep_outs = {"soft=2:hard", "region:core=hard=0.5:soft"}};
+  const auto field = parse_depth_field(options);
+  ASSERT_TRUE(field);
+  EXPECT_EQ(field->formula(), "distance(2)") << "the farthest";
+  EXPECT_FALSE(parse_depth_field({.where = {"x<1=soft"}}));
+  const auto printing = parse_printing({.materials = {"soft=#102030", "hard=#ffffff"},
+                                        .maps = {"region:core=hard", "blend:x:0=soft,1=hard"},
+                                        .overrides = options,
+                                        .background = ""});
+  const auto texts = [](const v1::MaterialMap& map) {
+    std::vector<std::string> all;
+    for (const v1::MapOverride& own : map.overrides()) {
+      all.push_back(own.channel() + "<" + number_text(own.below()) + "=" + own.material() +
+                    (own.instead_of().empty() ? "" : " instead of " + own.instead_of()));
+    }
+    return all;
+  };
+  const std::string depth = field->name();
+  const std::vector<std::string> for_all = {"x<1=soft", depth + "<0.5=hard", depth + "<0.75=soft",
+                                            depth + "<2=hard instead of soft"};
+  const auto with = [&](std::vector<std::string> own) {
+    own.insert(own.end(), for_all.begin(), for_all.end());
+    return own;
+  };
+  EXPECT_EQ(texts(printing->map()), for_all);
+  ASSERT_EQ(printing->cell_region_maps_size(), 2);
+  EXPECT_EQ(printing->cell_region_maps(0).cell_region(), "core");
+  EXPECT_EQ(texts(printing->cell_region_maps(0).map()), with({"y<2=hard", depth + "<0.5=soft instead of hard"}));
+  EXPECT_EQ(printing->cell_region_maps(1).cell_region(), "a,b");
+  EXPECT_EQ(texts(printing->cell_region_maps(1).map()), with({depth + "<0.75=soft"}));
+  EXPECT_EQ(printing->cell_region_maps(1).map().blend().channel(), "x") << "begins as the map of all";
+  for (const char* bad : {"", "soft", "soft=0.5", "soft=0.5:", "=0.5:hard", "soft=x:hard", "soft=0:hard",
+                          "soft=-1:hard", "region:=soft=1:hard", "region:core"}) {
+    EXPECT_THROW((void)parse_overrides({.keep_outs = {bad}}), UsageError) << bad;
   }
 }
 
@@ -132,8 +190,10 @@ TEST(PrintingOptions, SayWhatTheyTake) {
     return "no error";
   };
   const std::string map = "material:a", material = "a=#102030";
-  EXPECT_EQ(error_of("soft", map),
-            "--material takes NAME=#RRGGBB, or the name of a resin that `ccslice printers` lists, not 'soft'");
+  EXPECT_EQ(
+      error_of("soft", map),
+      "--material takes NAME=#RRGGBB, the name of a resin that `ccslice printers` lists, or void for nothing, not "
+      "'soft'");
   EXPECT_EQ(error_of(material, "blend:x:soft,hard"), "--map blend takes VALUE=MATERIAL, not 'soft'");
   EXPECT_EQ(error_of(material, "direct:soft"), "--map direct takes CHANNEL=MATERIAL, not 'soft'");
   EXPECT_EQ(error_of(material, "calibration:x:a/b:0"), "--map calibration takes PROPERTY=FRACTION, not '0'");

@@ -157,6 +157,50 @@ TEST_F(Materials, AreOfTheFirstOverrideThatHolds) {
   expect("MATERIAL_MAP_NON_FINITE", "job.printing.map.overrides[1].below");
 }
 
+TEST_F(Materials, MayBeNothing) {
+  request_.mutable_job()->add_planes()->mutable_occupancy();
+  const Sliced full = server_.slice(request_);
+  ASSERT_TRUE(full.status.ok()) << full.status.error_message();
+  v1::PrintMaterial& hard = *request_.mutable_job()->mutable_printing()->mutable_materials(1);
+  hard.set_leaves_empty(true);
+  hard.set_rgba(0x000000ff);  // The background's.
+  const Sliced sliced = server_.slice(request_);
+  ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
+  EXPECT_TRUE(sliced.header.printing().materials(1).leaves_empty());
+  const v1::LayerEnd& end = sliced.ends.at(20);
+  const auto& voxels = end.statistics().material_voxels();
+  EXPECT_GT(voxels[1], 0u);
+  EXPECT_EQ(end.voxel_count(), voxels[0]);
+  EXPECT_EQ(full.ends.at(20).voxel_count(), voxels[0] + voxels[1]);
+  EXPECT_EQ(full.summary.voxel_count() - sliced.summary.voxel_count(), [&] {
+    std::uint64_t empty = 0;
+    for (const auto& layer : sliced.ends) empty += layer.second.statistics().material_voxels(1);
+    return empty;
+  }());
+  request_.mutable_job()->mutable_printing()->mutable_materials(0)->set_leaves_empty(true);
+  expect("MATERIALS_MISSING", "job.printing.materials");
+}
+
+TEST_F(Materials, AreKeptOut) {
+  add_material("skin", 0x0000ffff);
+  v1::MaterialMap& map = *request_.mutable_job()->mutable_printing()->mutable_map();
+  v1::MapOverride& own = *map.add_overrides();
+  own.set_channel("x");
+  own.set_below(5);
+  own.set_material("skin");
+  own.set_instead_of("hard");
+  const Sliced sliced = server_.slice(request_);
+  ASSERT_TRUE(sliced.status.ok()) << sliced.status.error_message();
+  EXPECT_EQ(sliced.header.printing().map().overrides(0).instead_of(), "hard");
+  const auto& counts = sliced.ends.at(20).statistics().material_voxels();
+  EXPECT_NEAR(static_cast<double>(counts[2]), 200, 60) << "a quarter of what is below 5";
+  EXPECT_NEAR(static_cast<double>(counts[1]), 600, 60);
+  own.set_instead_of("gold");
+  expect("MATERIAL_UNKNOWN", "job.printing.map.overrides[0].instead_of");
+  own.set_instead_of("skin");
+  expect("MATERIAL_MAP_INVALID", "job.printing.map.overrides[0].material");
+}
+
 TEST_F(Materials, HaveMasks) {
   request_.mutable_job()->add_planes()->mutable_material_mask()->set_material("hard");
   const Sliced sliced = server_.slice(request_);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,9 @@ std::string legend_text(const PictureOptions& options, const DrawnPicture& drawn
            show_number(header.range().max()) + (options.terminal ? ", '.' to '@'" : "");
   }
   std::string text;
+  const auto all = std::accumulate(header.material_pixels().begin(), header.material_pixels().end(), std::uint64_t{0});
   for (int m = 0; m < header.material_pixels_size(); ++m) {
-    const double share = static_cast<double>(header.material_pixels(m)) / static_cast<double>(header.pixels_inside());
+    const double share = static_cast<double>(header.material_pixels(m)) / static_cast<double>(all);
     text += (m == 0 ? "" : ", ") + echoed(drawn.materials[static_cast<std::size_t>(m)]) + " " +
             show_number(std::round(1000 * share) / 10) + " %";
   }

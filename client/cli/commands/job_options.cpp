@@ -161,7 +161,7 @@ v1::SliceJob parts_of(const JobOptions& options) {
 void add_fields(const JobOptions& options, v1::SliceJob& job) {
   *job.mutable_fields() = parse_fields(options.fields);
   job.set_cut(cut_of(options.fields));
-  if (const std::optional<v1::Field> shell = parse_shell_field(options.printing)) *job.add_fields() = *shell;
+  if (const std::optional<v1::Field> depth = parse_depth_field(options.printing.overrides)) *job.add_fields() = *depth;
 }
 
 v1::SliceJob job_of(JobOptions options, const ContourFiles& contours) {

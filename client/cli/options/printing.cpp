@@ -10,8 +10,8 @@
 
 #include "client/cli/base/option_group.h"
 #include "client/cli/base/text_values.h"
+#include "client/cli/options/map_text.h"
 #include "client/cli/options/resins.h"
-#include "core/base/number_text.h"
 
 namespace ccslice::cli {
 namespace {
@@ -27,21 +27,25 @@ std::uint32_t parse_colour(const std::string& option, const std::string& text) {
   return digits.size() == 8 ? colour : colour << 8 | 0xff;
 }
 
-/// What stands before and after the last '='. `taken` is what the option takes, with its name.
-std::pair<std::string, std::string> parse_pair(const std::string& taken, const std::string& text) {
-  const std::size_t equals = text.rfind('=');
-  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) {
-    throw UsageError(taken + ", not '" + text + "'");
+/// "void" alone has the background's colour.
+v1::PrintMaterial parse_material(const std::string& text, const v1::Printing& printing) {
+  constexpr std::string_view kVoid = "void";
+  constexpr std::uint32_t kBlack = 0xff;
+  v1::PrintMaterial material;
+  if (text == kVoid) {
+    material.set_name(text);
+    material.set_rgba(printing.has_background_rgba() ? printing.background_rgba() : kBlack);
+  } else if (const std::optional<std::uint32_t> colour = resin_colour(text)) {
+    material.set_name(text);
+    material.set_rgba(*colour);
+  } else {
+    const auto [name, rgba] = parse_pair(
+        "--material takes NAME=#RRGGBB, the name of a resin that `ccslice printers` lists, or void for nothing", text);
+    material.set_name(name);
+    material.set_rgba(parse_colour("--material", rgba));
   }
-  return {text.substr(0, equals), text.substr(equals + 1)};
-}
-
-bool is_quoted(std::string_view text) { return text.size() > 2 && text.starts_with('"') && text.ends_with('"'); }
-
-bool is_number(std::string_view text) {
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size();
+  material.set_leaves_empty(material.name() == kVoid);
+  return material;
 }
 
 /// Splits at commas, but for those in a name in quotation marks that a piece begins with.
@@ -80,7 +84,7 @@ void parse_direct(const std::string& pairs, v1::DirectMap& map) {
       continue;
     }
     v1::DirectShare& share = *map.add_shares();
-    share.set_channel(is_quoted(channel) ? channel.substr(1, channel.size() - 2) : channel);
+    share.set_channel(unquoted(channel));
     share.set_material(material);
   }
 }
@@ -133,7 +137,7 @@ void parse_colour_map(const std::string& text, v1::ColourMap& map) {
     }
     const std::string_view name = rest.substr(0, end);
     has_bare_colon |= !quoted && name.find(':') != std::string_view::npos;
-    names.emplace_back(is_quoted(name) ? name.substr(1, name.size() - 2) : name);
+    names.push_back(unquoted(name));
     rest = rest.substr(end);
     if (names.size() < 3 && !rest.starts_with(',')) break;
     if (names.size() < 3) rest.remove_prefix(1);
@@ -190,19 +194,6 @@ bool goes_on(std::string_view map, std::string_view piece) {
          (map.starts_with("blend:") && is_number(piece.substr(0, equals)));
 }
 
-/// NAME=MAP or "NAME"=MAP.
-std::pair<std::string, std::string> parse_region_map(const std::string& piece) {
-  const bool quoted = piece.starts_with('"');
-  const std::size_t equals = quoted ? piece.find("\"=", 1) + 1 : piece.find('=');
-  const bool has_name = quoted ? equals > 2 : equals != std::string::npos && equals > 0;
-  if (!has_name || equals + 1 == piece.size()) {
-    throw UsageError("--map region takes REGION=MAP or REGION=MATERIAL, not '" + piece +
-                     "'; names with commas or '=' go between quotation marks: 'region:\"a,b\"=soft'");
-  }
-  const std::size_t marks = quoted ? 1 : 0;
-  return {piece.substr(marks, equals - 2 * marks), piece.substr(equals + 1)};
-}
-
 /// Regions with a map or a material each: "core=blend:x:0=soft,1=hard,shell=hard".
 void parse_region_maps(const std::string& text, v1::Printing& printing) {
   std::vector<std::pair<std::string, std::string>> regions;
@@ -210,7 +201,7 @@ void parse_region_maps(const std::string& text, v1::Printing& printing) {
     if (!regions.empty() && goes_on(regions.back().second, piece)) {
       regions.back().second += "," + piece;
     } else {
-      regions.push_back(parse_region_map(piece));
+      regions.push_back(parse_region("--map region takes REGION=MAP or REGION=MATERIAL", piece));
     }
   }
   for (const auto& [region, map] : regions) {
@@ -222,6 +213,21 @@ void parse_region_maps(const std::string& text, v1::Printing& printing) {
     }
     add_region_map(region, std::move(own), printing);
   }
+}
+
+/// Those of regions without one of their own begin as the map that they have had.
+v1::MaterialMap& map_of_region(const std::string& region, v1::Printing& printing) {
+  auto& maps = *printing.mutable_cell_region_maps();
+  const auto own = std::ranges::find(maps, region, &v1::CellRegionMap::cell_region);
+  if (own != maps.end()) return *own->mutable_map();
+  add_region_map(region, printing.map(), printing);
+  return *maps.rbegin()->mutable_map();
+}
+
+template <class Change>
+void change_maps(v1::Printing& printing, const Change& change) {
+  if (printing.has_map()) change(*printing.mutable_map());
+  for (v1::CellRegionMap& own : *printing.mutable_cell_region_maps()) change(*own.mutable_map());
 }
 
 void parse_maps(const std::vector<std::string>& texts, v1::Printing& printing) {
@@ -239,70 +245,23 @@ void parse_maps(const std::vector<std::string>& texts, v1::Printing& printing) {
   }
 }
 
-/// CHANNEL<VALUE=MATERIAL, with the channel's name between quotation marks or not.
-v1::MapOverride parse_override(const std::string& text) {
-  const std::string taken = "--where takes CHANNEL<VALUE=MATERIAL, as in 'depth<0.5=hard'";
-  const bool is_above = text.find('<') == std::string::npos && text.find('>') != std::string::npos;
-  if (is_above) {
-    throw UsageError(taken + ", not '" + text +
-                     "'; for what is above a value compare the negative: --field 'm=-depth'");
-  }
-  const auto [bound, material] = parse_pair(taken, text);
-  const std::size_t less = bound.rfind('<');
-  const bool has_bound = less != std::string::npos && less > 0 && is_number(std::string_view(bound).substr(less + 1));
-  if (!has_bound) throw UsageError(taken + ", not '" + text + "'");
-  const std::string channel = bound.substr(0, less);
-  v1::MapOverride result;
-  result.set_channel(is_quoted(channel) ? channel.substr(1, channel.size() - 2) : channel);
-  result.set_below(parse_number("--where", bound.substr(less + 1)));
-  result.set_material(material);
-  return result;
-}
-
-constexpr const char* kShellField = "--shell";
-
-/// A shell ends so far below the surface.
-struct Shell {
-  double below_mm;
-  std::string material;
-};
-
-std::vector<Shell> parse_shells(const std::vector<std::string>& texts) {
-  std::vector<Shell> shells;
-  double below_mm = 0;
-  for (const std::string& text : texts) {
-    const std::string taken = "--shell takes MM=MATERIAL, as in '0.5=VeroBlack'";
-    const auto [thickness, material] = parse_pair(taken, text);
-    const double mm = parse_number("--shell", thickness);
-    if (!(mm > 0)) throw UsageError(taken + ", not '" + text + "': a shell is thicker than 0 mm");
-    below_mm += mm;
-    shells.push_back({below_mm, material});
-  }
-  return shells;
-}
-
-template <class Change>
-void change_maps(v1::Printing& printing, const Change& change) {
-  if (printing.has_map()) change(*printing.mutable_map());
-  for (v1::CellRegionMap& own : *printing.mutable_cell_region_maps()) change(*own.mutable_map());
-}
-
-/// Adds overrides to all maps. Without a map the first material takes what is left.
-void parse_overrides(const PrintingOptions& options, v1::Printing& printing) {
-  std::vector<v1::MapOverride> overrides;
-  for (const std::string& text : options.where) overrides.push_back(parse_override(text));
-  for (const Shell& shell : parse_shells(options.shells)) {
-    v1::MapOverride& of_shell = overrides.emplace_back();
-    of_shell.set_channel(kShellField);
-    of_shell.set_below(shell.below_mm);
-    of_shell.set_material(shell.material);
-  }
+/// Adds --where, --shell and --keep-out to the maps of all regions, or to that of one. Without a map the first material
+/// takes what is left.
+void add_overrides(const PrintingOptions& options, v1::Printing& printing) {
+  const std::vector<RegionOverride> overrides = parse_overrides(options.overrides);
   if (overrides.empty()) return;
-  if (!printing.has_map() && printing.cell_region_maps().empty()) {
-    printing.mutable_map()->set_material(printing.materials(0).name());
+  const bool has_map = printing.has_map() || !printing.cell_region_maps().empty();
+  if (!has_map) printing.mutable_map()->set_material(printing.materials(0).name());
+  for (const RegionOverride& own : overrides) {
+    if (own.region) map_of_region(*own.region, printing);
   }
-  change_maps(printing,
-              [&](v1::MaterialMap& map) { map.mutable_overrides()->Add(overrides.begin(), overrides.end()); });
+  for (const RegionOverride& own : overrides) {
+    if (own.region) {
+      *map_of_region(*own.region, printing).add_overrides() = own.added;
+    } else {
+      change_maps(printing, [&](v1::MaterialMap& map) { *map.add_overrides() = own.added; });
+    }
+  }
 }
 
 v1::HalftoneMethod method_of(const std::string& name) {
@@ -344,7 +303,7 @@ void add_printing_options(CLI::App& command, PrintingOptions& options) {
                       "A material that the printer holds: NAME=#RRGGBB or #RRGGBBAA, or just the name of "
                       "a PolyJet resin as GrabCAD has it (" +
                           resin_names() +
-                          "). May be "
+                          "). void is nothing: voxels of it are left empty. May be "
                           "repeated, up to 8 times. Writes a picture with one material for each voxel")
           ->allow_extra_args(false);
   command
@@ -363,21 +322,7 @@ void add_printing_options(CLI::App& command, PrintingOptions& options) {
           "--map of its own")
       ->allow_extra_args(false)
       ->needs(material);
-  command
-      .add_option("--where", options.where,
-                  "Make all of one material what has less than this of a channel or field, before any --map is asked: "
-                  "CHANNEL<VALUE=MATERIAL, as in 'depth<0.5=hard' for a shell. May be repeated, the first that holds "
-                  "counts; without a --map the first --material takes the rest")
-      ->allow_extra_args(false)
-      ->needs(material);
-  command
-      .add_option(
-          "--shell", options.shells,
-          "Make all of one material what is less than so many mm below the surface: MM=MATERIAL, as in "
-          "'0.5=VeroBlack'. A second one lies under the first. --where goes before them, and they before any --map. "
-          "docs/fields.md says how exact they are")
-      ->allow_extra_args(false)
-      ->needs(material);
+  add_override_options(command, options.overrides, *material);
   command.add_option("--halftone", options.halftone, "How one material is chosen for each voxel")
       ->check(CLI::IsMember({"blue-noise", "error-diffusion", "largest-fraction", "white-noise"}))
       ->capture_default_str();
@@ -393,34 +338,16 @@ void add_background_option(CLI::App& command, PrintingOptions& options) {
       ->group("Materials");
 }
 
-std::optional<v1::Field> parse_shell_field(const PrintingOptions& options) {
-  const std::vector<Shell> shells = parse_shells(options.shells);
-  if (shells.empty()) return std::nullopt;
-  v1::Field field;
-  field.set_name(kShellField);
-  field.set_formula("distance(" + number_text(shells.back().below_mm) + ")");
-  return field;
-}
-
 std::optional<v1::Printing> parse_printing(const PrintingOptions& options) {
   if (options.materials.empty()) return std::nullopt;
   v1::Printing printing;
+  if (!options.background.empty()) printing.set_background_rgba(parse_colour("--background", options.background));
   for (const std::string& text : options.materials) {
-    v1::PrintMaterial& material = *printing.add_materials();
-    if (const std::optional<std::uint32_t> colour = resin_colour(text)) {
-      material.set_name(text);
-      material.set_rgba(*colour);
-      continue;
-    }
-    const auto [name, colour] =
-        parse_pair("--material takes NAME=#RRGGBB, or the name of a resin that `ccslice printers` lists", text);
-    material.set_name(name);
-    material.set_rgba(parse_colour("--material", colour));
+    *printing.add_materials() = parse_material(text, printing);
   }
   for (const std::string& text : options.densities) set_density(text, printing);
-  if (!options.background.empty()) printing.set_background_rgba(parse_colour("--background", options.background));
   parse_maps(options.maps, printing);
-  parse_overrides(options, printing);
+  add_overrides(options, printing);
   if (options.strict) change_maps(printing, [](v1::MaterialMap& map) { map.set_strict(true); });
   printing.mutable_halftone()->set_method(method_of(options.halftone));
   printing.mutable_halftone()->set_seed(options.seed);

@@ -12,14 +12,14 @@
 #include <vector>
 
 #include "ccslice/v1/job.pb.h"
+#include "client/cli/options/map_overrides.h"
 
 namespace ccslice::cli {
 
 struct PrintingOptions {
-  std::vector<std::string> materials;  // NAME=#RRGGBB[AA].
+  std::vector<std::string> materials;  // NAME=#RRGGBB[AA]; "void" is nothing.
   std::vector<std::string> maps;       // [region:NAME=]blend:..., calibration:..., direct:..., colour:..., material:...
-  std::vector<std::string> where{};    // CHANNEL<VALUE=MATERIAL.
-  std::vector<std::string> shells{};   // MM=MATERIAL, in order from the surface.
+  OverrideOptions overrides{};
   std::string halftone = "blue-noise";
   std::uint64_t seed = 0;
   bool strict = false;
@@ -31,8 +31,6 @@ void add_printing_options(CLI::App& command, PrintingOptions& options);
 /// The colour of voxels outside, which pictures of layers hold and drawings don't show.
 void add_background_option(CLI::App& command, PrintingOptions& options);
 
-/// The field that the printing's shells read, if it has any. Throws UsageError.
-[[nodiscard]] std::optional<v1::Field> parse_shell_field(const PrintingOptions& options);
 /// Nothing if no material is named. Throws UsageError.
 [[nodiscard]] std::optional<v1::Printing> parse_printing(const PrintingOptions& options);
 

@@ -52,6 +52,10 @@ void require_palette(const LayerStack& stack) {
            std::to_string(stack.materials().size()));
   }
   for (const StackMaterial& material : stack.materials()) {
+    if (material.leaves_empty) {
+      if (material.rgba == kBackground) continue;
+      refuse("leaves nothing empty but in its background's colour; slice with --material void, without a colour");
+    }
     if ((material.rgba & 0xff) != 0xff)
       refuse("has opaque colours only, and that of " + echoed(material.name) + " isn't");
   }
@@ -75,7 +79,7 @@ std::string config_of(const LayerStack& stack) {
   xml.element("ImageFilePrefix", "layer_");
   xml.begin("MaterialList").element("BackGroundMaterialRGBA", four_numbers(stack.background_rgba()));
   for (const StackMaterial& material : stack.materials()) {
-    if (material.voxels == 0) continue;
+    if (material.voxels == 0 || material.leaves_empty) continue;
     xml.begin("Material").element("Name", material.name).element("RGBA", four_numbers(material.rgba));
     xml.element("VoxelCount", material.voxels).end();
   }

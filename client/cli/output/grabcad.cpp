@@ -37,14 +37,16 @@ void require_grabcad_materials(const v1::Printing* printing) {
         "for one of " +
         resin_names());
   }
-  if (static_cast<std::size_t>(printing->materials_size()) > kMostGrabcadMaterials) {
+  const auto printed =
+      static_cast<std::size_t>(std::ranges::count(printing->materials(), false, &v1::PrintMaterial::leaves_empty));
+  if (printed > kMostGrabcadMaterials) {
     throw UsageError("GrabCAD takes at most " + std::to_string(kMostGrabcadMaterials) +
                      " materials, and --material "
                      "names " +
-                     std::to_string(printing->materials_size()));
+                     std::to_string(printed));
   }
   for (const v1::PrintMaterial& material : printing->materials()) {
-    if ((material.rgba() & 0xff) == 0xff) continue;
+    if ((material.rgba() & 0xff) == 0xff || material.leaves_empty()) continue;
     throw UsageError("GrabCAD takes opaque colours only; write --material " + echoed(material.name()) +
                      "=#RRGGBB, without a fourth byte, or with ff there");
   }
@@ -68,7 +70,8 @@ void require_grabcad_job(const v1::SliceJob& job) {
 std::string unknown_resins(const v1::Printing& printing) {
   std::vector<std::string> names;
   for (const v1::PrintMaterial& material : printing.materials()) {
-    if (!resin_colour(material.name())) names.push_back("'" + echoed(material.name()) + "'");
+    if (!resin_colour(material.name()) && !material.leaves_empty())
+      names.push_back("'" + echoed(material.name()) + "'");
   }
   if (names.empty()) return {};
   return "no resins of GrabCAD's are known by the names " + echoed_list(names, names.size()) +

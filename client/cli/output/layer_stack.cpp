@@ -82,7 +82,7 @@ void LayerStack::read_materials() {
   for (const v1::MaterialVoxels& material : manifest_.materials()) {
     const std::optional<std::uint32_t> colour = colour_of_text(material.rgba());
     if (!colour) fail("has a material without a colour");
-    materials_.push_back({material.name(), *colour, material.voxel_count()});
+    materials_.push_back({material.name(), *colour, material.voxel_count(), material.leaves_empty()});
   }
   const v1::Printing& printing = manifest_.slice_job().printing();
   if (printing.has_background_rgba()) background_rgba_ = printing.background_rgba();

@@ -18,7 +18,8 @@ namespace ccslice::cli {
 struct StackMaterial {
   std::string name;
   std::uint32_t rgba = 0;
-  std::uint64_t voxels = 0;  // In all layers.
+  std::uint64_t voxels = 0;   // In all layers.
+  bool leaves_empty = false;  // Nothing is printed there.
 };
 
 struct StackPlane {

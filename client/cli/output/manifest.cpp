@@ -60,9 +60,7 @@ void add_header(const v1::SliceHeader& header, v1::Manifest& manifest) {
   *manifest.mutable_layout() = document_of(header.layout());
   for (const v1::PlaneSpec& plane : header.planes()) *manifest.add_planes() = plane_of(plane);
   for (const v1::PrintMaterial& material : header.printing().materials()) {
-    v1::MaterialVoxels& counted = *manifest.add_materials();
-    counted.set_name(material.name());
-    counted.set_rgba(colour_text(material.rgba()));
+    describe_material(material, *manifest.add_materials());
   }
   *manifest.mutable_cell_regions() = header.cell_region_names();
 }

@@ -18,6 +18,12 @@ double cm3_of(std::uint64_t voxels, const client::SliceOutcome& outcome) {
   return static_cast<double>(voxels) * pitch.x_mm() * pitch.y_mm() * pitch.z_mm() / kMm3;
 }
 
+void describe_material(const v1::PrintMaterial& material, v1::MaterialVoxels& described) {
+  described.set_name(material.name());
+  described.set_rgba(colour_text(material.rgba()));
+  if (material.leaves_empty()) described.set_leaves_empty(true);
+}
+
 void set_amount(std::uint64_t voxels, double voxel_cm3, const v1::PrintMaterial& material, v1::MaterialVoxels& amount) {
   const double cm3 = voxel_cm3 * static_cast<double>(voxels);
   amount.set_voxel_count(voxels);
@@ -31,8 +37,7 @@ std::vector<v1::MaterialVoxels> materials_of(const client::SliceOutcome& outcome
     if (materials.size() == outcome.material_voxels.size()) break;
     const std::uint64_t voxels = outcome.material_voxels[materials.size()];
     v1::MaterialVoxels& counted = materials.emplace_back();
-    counted.set_name(material.name());
-    counted.set_rgba(colour_text(material.rgba()));
+    describe_material(material, counted);
     set_amount(voxels, cm3_of(1, outcome), material, counted);
   }
   return materials;
@@ -46,18 +51,22 @@ std::string show_cm3(double cm3) {
 std::string materials_text(const std::vector<v1::MaterialVoxels>& materials, std::uint64_t voxel_count) {
   constexpr int kDigits = 3, kGramDigits = 4;
   double grams = 0;
-  std::size_t weighed = 0;
+  std::size_t weighed = 0, printed = 0;
   const double all = static_cast<double>(std::max<std::uint64_t>(1, voxel_count));
   std::string text;
   for (const v1::MaterialVoxels& material : materials) {
-    const double percent = 100 * static_cast<double>(material.voxel_count()) / all;
-    text += (text.empty() ? "" : ", ") + echoed(material.name()) + " " + show_cm3(material.volume_cm3()) + " (" +
-            number_text(percent, kDigits) + " %)";
+    text += (text.empty() ? "" : ", ") + echoed(material.name()) + " " + show_cm3(material.volume_cm3());
+    if (material.leaves_empty()) {
+      text += " left empty";
+      continue;
+    }
+    ++printed;
+    text += " (" + number_text(100 * static_cast<double>(material.voxel_count()) / all, kDigits) + " %)";
     if (material.has_grams()) text += " " + number_text(material.grams(), kGramDigits) + " g";
     grams += material.grams();
     weighed += material.has_grams() ? 1 : 0;
   }
-  if (weighed > 1 && weighed == materials.size()) text += ", in all " + number_text(grams, kGramDigits) + " g";
+  if (weighed > 1 && weighed == printed) text += ", in all " + number_text(grams, kGramDigits) + " g";
   return text;
 }
 

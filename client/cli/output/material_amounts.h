@@ -16,11 +16,13 @@ namespace ccslice::cli {
 
 double cm3_of(std::uint64_t voxels, const client::SliceOutcome& outcome);
 std::string show_cm3(double cm3);
+/// What a printing says of a material.
+void describe_material(const v1::PrintMaterial& material, v1::MaterialVoxels& described);
 /// Sets how much of a material there is, voxels of so many cm3 each.
 void set_amount(std::uint64_t voxels, double voxel_cm3, const v1::PrintMaterial& material, v1::MaterialVoxels& amount);
 /// In the printing's order; none if no plane shows materials.
 std::vector<v1::MaterialVoxels> materials_of(const client::SliceOutcome& outcome);
-/// Names, volumes and shares of so many voxels inside, in one line.
+/// Names, volumes and shares of so many voxels that are printed, in one line.
 std::string materials_text(const std::vector<v1::MaterialVoxels>& materials, std::uint64_t voxel_count);
 /// The same of all that was sliced.
 std::string materials_text(const client::SliceOutcome& outcome);

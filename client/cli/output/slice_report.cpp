@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,20 +46,22 @@ v1::SlicedLayers sliced_document(const std::string& output, const PlannedJob& jo
 /// Voxels whose values the material maps don't take as they are.
 void warn_of_misfits(const client::SliceOutcome& outcome) {
   constexpr int kDigits = 3;
+  const std::uint64_t all =
+      std::accumulate(outcome.material_voxels.begin(), outcome.material_voxels.end(), std::uint64_t{0});
   const auto share = [&](std::uint64_t voxels) {
-    const double percent = 100 * static_cast<double>(voxels) / static_cast<double>(outcome.voxel_count);
-    return show_count(voxels) + " of " + show_count(outcome.voxel_count) + " voxels (" + number_text(percent, kDigits) +
-           " %)";
+    const double percent = 100 * static_cast<double>(voxels) / static_cast<double>(all);
+    return show_count(voxels) + " of " + show_count(all) + " voxels (" + number_text(percent, kDigits) + " %)";
   };
   if (outcome.voxels_off_map > 0) {
     print_note("warning: " + share(outcome.voxels_off_map) +
                " have values that their --map doesn't cover, and took what the nearer end gives");
   }
   if (outcome.voxels_scaled_up > 0) {
-    print_note("warning: " + share(outcome.voxels_scaled_up) +
-               " have fractions that add up to less than 1, the least to " +
-               number_text(outcome.least_fraction_sum, kDigits) +
-               ", and were scaled up to 1; rest=NAME in --map direct lets a material take the rest");
+    print_note(
+        "warning: " + share(outcome.voxels_scaled_up) + " have fractions that add up to less than 1, the least to " +
+        number_text(outcome.least_fraction_sum, kDigits) +
+        ", and were scaled up to 1; rest=NAME in --map direct lets a material take the rest, and rest=void leaves it "
+        "empty");
   }
 }
 

@@ -21,19 +21,19 @@ except ImportError:
 
 from ._version import __version__
 from .client import Client
-from .errors import AnswerError, CallError, Error, LocalServerError
+from .errors import AnswerError, CallError, Error, LocalServerError, PlanWarning
 from .fields import Field
 from .layers import Layer
 from .mesh import Mesh
 from .parts import Part
 from .points import Evaluation, Probe
 from .preview import Plane, Preview
-from .printing import Printing, blend, calibration, direct, where
+from .printing import MaterialAmount, Printing, blend, calibration, direct, where
 from .surface import Surface
 from .volume import Volume
 
 __all__ = [
-    "AnswerError", "CallError", "Client", "Error", "Evaluation", "Field", "Layer", "LocalServerError", "Mesh",
-    "Part", "Plane", "Preview", "Printing", "Probe", "Surface", "Volume", "__version__", "blend", "calibration",
+    "AnswerError", "CallError", "Client", "Error", "Evaluation", "Field", "Layer", "LocalServerError",
+    "MaterialAmount", "Mesh", "Part", "Plane", "PlanWarning", "Preview", "Printing", "Probe", "Surface", "Volume", "__version__", "blend", "calibration",
     "direct", "where"
 ]

@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Calls of a ccslice server."""
 
+import inspect
 import logging
 import os
 import random
 import threading
 import time
+import warnings
 from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple, TypeVar, Union
 
 import grpc
@@ -14,7 +16,7 @@ import numpy as np
 
 from .arguments import floats, number_pair, pair, triple, whole_numbers
 from .connection import Calls, Identity, is_mesh_id, proxy_hint
-from .errors import AnswerError, CallError, call_error, require_answer
+from .errors import AnswerError, CallError, PlanWarning, call_error, require_answer
 from .fields import Fields, TakenFields, add_fields, taken
 from .layers import Assembler, Layer
 from .local_server import LocalServer
@@ -270,12 +272,15 @@ class Client:
         contour_tolerance_mm, channel_tolerance, prove_channels: as the command line has them.
         on_progress: called with the number of layers done and of all.
 
-        Raises ValueError for arguments that don't fit, when the first layer is asked for.
+        Raises ValueError for arguments that don't fit, when the first layer is asked for. Gives the plan's warnings as
+        PlanWarnings.
         """
         layers = _checked_layers(layers)
         described = self.job(mesh, pitch, **job)
         plan = self._call(lambda: self._stub.PlanSlices(plan_pb2.PlanSlicesRequest(job=described)),
                           chosen_by=_first_mesh(described))
+        for warning in plan.warnings:
+            warnings.warn(warning.message, PlanWarning, stacklevel=2)
         first = plan.region.first_layer if plan.HasField("region") else 0
         if layers is None:
             layers = range(first, first + plan.layer_count)
@@ -776,3 +781,16 @@ def _surface(stream: Iterable[surface_pb2.TessellateBoundaryResponse]) -> Surfac
     corners = np.concatenate(triangles or [np.empty(0, np.uint32)]).reshape(-1, 3)
     of_points = np.concatenate(values or [np.empty(0, np.float32)]).reshape(len(positions), len(header.channels))
     return Surface(positions, corners, {channel.name: of_points[:, i] for i, channel in enumerate(header.channels)})
+
+
+def _name_arguments(method: Callable[..., Any]) -> None:
+    """Puts the arguments of a job in place of **job, for help() and completion."""
+    signature = inspect.signature(method)
+    parameters = [known for known in signature.parameters.values() if known.kind != known.VAR_KEYWORD]
+    parameters += [known for known in inspect.signature(Client._job).parameters.values()
+                   if known.kind == known.KEYWORD_ONLY]
+    setattr(method, "__signature__", signature.replace(parameters=parameters))
+
+
+for _method in (Client.plan, Client.job, Client.slice):
+    _name_arguments(_method)

@@ -17,6 +17,10 @@ class Error(Exception):
     """Any failure of this package. Wrong arguments are ValueErrors."""
 
 
+class PlanWarning(UserWarning):
+    """What a server warns of before it slices, in its words."""
+
+
 class AnswerError(Error):
     """A server's answer is damaged, or of another engine or grid than the layers before it."""
 

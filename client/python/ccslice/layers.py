@@ -42,6 +42,7 @@ class Layer:
     voxels_cut: int = 0  # Of parts, that the job cuts out.
     part_voxels: List[int] = dataclasses.field(default_factory=list)  # What each of several parts has, with its copies,
     part_material_voxels: List[List[int]] = dataclasses.field(default_factory=list)  # and of each material.
+    voxel_mm3: float = 0.0  # The volume of a voxel.
 
 
 def _sample_bytes(spec: job_pb2.PlaneSpec, columns: int, rows: int) -> int:
@@ -85,6 +86,8 @@ class Assembler:
         self._header = header
         extent = header.region.extent if header.HasField("region") else header.grid.extent
         self._columns, self._rows = extent.columns, extent.rows
+        pitch = header.grid.pitch
+        self._voxel_mm3 = pitch.x_mm * pitch.y_mm * pitch.z_mm
         self._next = header.first_layer
         self._begin: Optional[slice_pb2.LayerBegin] = None
         self._chunks: List[List[bytes]] = []
@@ -165,7 +168,7 @@ class Assembler:
                       self._loop_regions, end.statistics.voxels_off_map, end.statistics.voxels_scaled_up,
                       end.statistics.least_fraction_sum, end.statistics.voxels_covered, end.statistics.voxels_cut,
                       [part.voxel_count for part in end.statistics.parts],
-                      [list(part.material_voxels) for part in end.statistics.parts])
+                      [list(part.material_voxels) for part in end.statistics.parts], self._voxel_mm3)
         for spec, chunks, size, result in zip(self._header.planes, self._chunks, begin.encoded_bytes, end.planes):
             encoded = chunks[0] if len(chunks) == 1 else b"".join(chunks)
             require_answer(len(encoded) == size, "a plane shorter or longer than announced")

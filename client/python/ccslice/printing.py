@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Materials of a printer, and how channels mix them."""
 
+import dataclasses
 import numbers as numbers_abc
 import string
-from typing import Mapping, Optional, Tuple, Union
+from typing import Iterable, List, Mapping, Optional, Tuple, Union
 
+from .layers import Layer
 from .v1 import material_pb2
 
 _METHODS = {
@@ -45,17 +47,19 @@ def calibration(channel: str, material: str, base: str, points: Mapping[float, f
     return result
 
 
-def where(channel: str, below: float, material: str,
-          otherwise: Union[material_pb2.MaterialMap, str]) -> material_pb2.MaterialMap:
+def where(channel: str, below: float, material: str, otherwise: Union[material_pb2.MaterialMap, str],
+          instead_of: str = "") -> material_pb2.MaterialMap:
     """All of a material where a channel or field is below a bound, else by another map or of one material.
 
     where("depth", 0.5, "hard", blend("share", {0: "soft", 1: "clear"})) is a shell round a gradient. `otherwise` may
     come from where() itself.
+    instead_of: names the material that this one takes the place of. All others stay as they are: where("depth", 0.8,
+        "hard", ..., instead_of="LIQUID") keeps a liquid 0.8 mm below the surface.
     """
     result = material_map(otherwise, False)
     rest = list(result.overrides)
     del result.overrides[:]
-    result.overrides.add(channel=channel, below=below, material=material)
+    result.overrides.add(channel=channel, below=below, material=material, instead_of=instead_of)
     result.overrides.extend(rest)
     return result
 
@@ -83,10 +87,22 @@ def material_map(map: Union[material_pb2.MaterialMap, str], strict: bool) -> mat
     return message
 
 
+@dataclasses.dataclass(frozen=True)
+class MaterialAmount:
+    """How much of a material layers hold."""
+
+    name: str
+    voxels: int
+    cm3: float
+    share: Optional[float]  # Of all that is printed, 0 to 1; None for what is left empty.
+    grams: Optional[float]  # None unless the printing has its density.
+
+
 class Printing:
     """What a printer holds, and which material goes where.
 
-    materials: {name: colour}, up to 8; material i of them is number i + 1 in layers, 0 is outside.
+    materials: {name: colour}, up to 8; material i of them is number i + 1 in layers, 0 is outside. A colour of None is
+        nothing: voxels of that material are left empty, and black in pictures.
     map: blend(), direct(), calibration(), where(), or the name of one material. region_maps: {cell region: the
         same}, which wins there.
     halftone: "blue-noise", "error-diffusion", "largest-fraction" or "white-noise". seed: another pattern of the same
@@ -95,7 +111,7 @@ class Printing:
     densities: {name: grams of a cubic centimetre}, for reports.
     """
 
-    def __init__(self, materials: Mapping[str, Colour], map: Union[material_pb2.MaterialMap, str, None] = None, *,
+    def __init__(self, materials: Mapping[str, Optional[Colour]], map: Union[material_pb2.MaterialMap, str, None] = None, *,
                  region_maps: Optional[Mapping[str, Union[material_pb2.MaterialMap, str]]] = None,
                  halftone: str = "blue-noise", seed: int = 0, strict: bool = False,
                  densities: Optional[Mapping[str, float]] = None):
@@ -104,7 +120,8 @@ class Printing:
         self.material_names = list(materials)
         self.message = material_pb2.Printing()
         for name, colour in materials.items():
-            self.message.materials.add(name=name, rgba=_rgba(colour))
+            self.message.materials.add(name=name, leaves_empty=colour is None,
+                                       rgba=_rgba((0, 0, 0) if colour is None else colour))
         for name, density in (densities or {}).items():
             if name not in materials:
                 raise ValueError(f"densities names {name!r}, which is none of the materials")
@@ -117,3 +134,21 @@ class Printing:
             self.message.cell_region_maps.add(cell_region=region, map=material_map(own, strict))
         self.message.halftone.method = _METHODS[halftone]
         self.message.halftone.seed = seed
+
+    def amounts(self, layers: Iterable[Layer]) -> List[MaterialAmount]:
+        """How much of each material layers of this printing hold, in the order of the materials."""
+        voxels = [0] * len(self.material_names)
+        voxel_cm3 = 0.0
+        for layer in layers:
+            if len(layer.material_voxels) != len(voxels):
+                raise ValueError(f"layer {layer.index} counts {len(layer.material_voxels)} materials, and the printing "
+                                 f"has {len(voxels)}: give the layers that were sliced with it")
+            voxels = [before + here for before, here in zip(voxels, layer.material_voxels)]
+            voxel_cm3 = layer.voxel_mm3 / 1000
+        materials = self.message.materials
+        printed = sum(count for count, material in zip(voxels, materials) if not material.leaves_empty)
+        return [MaterialAmount(
+            material.name, count, count * voxel_cm3,
+            None if material.leaves_empty else count / max(printed, 1),
+            count * voxel_cm3 * material.density_g_per_cm3 if material.density_g_per_cm3 > 0 else None)
+            for count, material in zip(voxels, materials)]

@@ -26,8 +26,11 @@ class MapReader {
     map.strict = message.strict();
     for (int i = 0; i < message.overrides_size(); ++i) {
       const v1::MapOverride& first = message.overrides(i);
-      const std::string field = path_ + ".overrides[" + std::to_string(i) + "].material";
-      map.overrides.push_back({first.channel(), first.below(), to_material(first.material(), printing_, field)});
+      const std::string field = path_ + ".overrides[" + std::to_string(i) + "]";
+      MapOverride& own = map.overrides.emplace_back();
+      own = {first.channel(), first.below(), to_material(first.material(), printing_, field + ".material")};
+      if (first.instead_of().empty()) continue;
+      own.instead_of = to_material(first.instead_of(), printing_, field + ".instead_of");
     }
     switch (message.kind_case()) {
       case v1::MaterialMap::kDirect: map.kind = read(message.direct()); return map;
@@ -174,7 +177,7 @@ std::uint32_t to_material(const std::string& name, const Printing& printing, con
 Printing to_printing(const v1::Printing& message, const SolidSummary& solid) {
   Printing printing;
   for (const v1::PrintMaterial& material : message.materials()) {
-    printing.materials.push_back({material.name(), material.rgba()});
+    printing.materials.push_back({material.name(), material.rgba(), material.leaves_empty()});
   }
   if (message.has_background_rgba()) printing.background_rgba = message.background_rgba();
   validate_materials(printing);
@@ -195,6 +198,7 @@ v1::Printing to_message(const Printing& value, const SolidSummary& solid) {
     v1::PrintMaterial& written = *message.add_materials();
     written.set_name(material.name);
     written.set_rgba(material.rgba);
+    written.set_leaves_empty(material.leaves_empty);
   }
   const auto write = [&](const MaterialMap& map, v1::MaterialMap& written) {
     std::visit(MapWriter(value, written), map.kind);
@@ -204,6 +208,7 @@ v1::Printing to_message(const Printing& value, const SolidSummary& solid) {
       own.set_channel(first.channel);
       own.set_below(first.below);
       own.set_material(value.materials[first.material - 1].name);
+      if (first.instead_of != 0) own.set_instead_of(value.materials[first.instead_of - 1].name);
     }
   };
   if (!std::holds_alternative<std::monostate>(value.map.kind)) write(value.map, *message.mutable_map());

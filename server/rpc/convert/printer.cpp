@@ -3,6 +3,7 @@
 
 #include "server/rpc/convert/printer.h"
 
+#include <bit>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -101,8 +102,8 @@ v1::PrinterProfile to_message(const PrinterProfile& value) {
 }
 
 void warn_of_printer(const SliceJob& job, const PrinterProfile& printer, v1::PlanSlicesResponse& plan) {
-  const std::size_t materials = job.printing ? job.printing->materials.size() : 0;
-  if (printer.max_materials > 0 && materials > printer.max_materials) {
+  const int materials = job.printing ? std::popcount(printed_materials(*job.printing)) : 0;
+  if (printer.max_materials > 0 && materials > static_cast<int>(printer.max_materials)) {
     add_warning(plan, v1::PLAN_WARNING_KIND_TOO_MANY_MATERIALS,
                 std::to_string(materials) + " materials are more than the " + std::to_string(printer.max_materials) +
                     " that " + printer.name + " takes; leave some out");

@@ -150,8 +150,8 @@ TEST(OptionOfField, FieldsBecomeTheOptionsThatSetThem) {
   EXPECT_EQ(option_of_field("planes[0].channels"), "--all-channels");
   EXPECT_EQ(option_of_field("printing.materials[3].rgba"), "--material");
   EXPECT_EQ(option_of_field("printing.cell_region_maps[0].map.blend"), "--map region:...");
-  EXPECT_EQ(option_of_field("job.printing.map.overrides[2].channel"), "--where or --shell");
-  EXPECT_EQ(option_of_field("printing.cell_region_maps[0].map.overrides[2].channel"), "--where or --shell");
+  EXPECT_EQ(option_of_field("job.printing.map.overrides[2].channel"), "--where, --shell or --keep-out");
+  EXPECT_EQ(option_of_field("printing.cell_region_maps[0].map.overrides[2].channel"), "--where, --shell or --keep-out");
   EXPECT_EQ(option_of_field("region.voxels"), "--box-voxels");
   EXPECT_EQ(option_of_field("regional"), "");
   EXPECT_EQ(option_of_field(""), "");

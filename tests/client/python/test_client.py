@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Python client against real servers. run.py sets the environment: CCSLICED, CCSLICE, PYTHONPATH."""
 
+import inspect
 import itertools
 import json
 import os
@@ -235,6 +236,46 @@ class Values(unittest.TestCase):
         self.assertTrue((voxels[:, :, :10] == 3).all())
         self.assertTrue((voxels[:, :, 10:15] == 2).all())
         self.assertEqual(set(np.unique(voxels[:, :, 15:])), {1, 2})
+
+    def test_amounts_of_materials(self):
+        printing = ccslice.Printing({"a": "#ff0000", "b": "#0000ff", "nothing": None},
+                                    ccslice.where("g", 0.25, "nothing", ccslice.where("g", 0.5, "b", "a")),
+                                    densities={"a": 1.25})
+        a, b, nothing = printing.amounts(self.client.slice(self.mesh, 0.5, printing=printing))
+        self.assertEqual((a.name, a.voxels, b.voxels, nothing.voxels), ("a", 4000, 2000, 2000))
+        self.assertAlmostEqual(a.cm3, 0.5)
+        self.assertAlmostEqual(a.share, 2 / 3)
+        self.assertAlmostEqual(a.grams, 0.625)
+        self.assertEqual((b.grams, nothing.share), (None, None))
+        self.assertAlmostEqual(nothing.cm3, 0.25)
+        other = ccslice.Printing({"a": "#ff0000"})
+        with self.assertRaisesRegex(ValueError, "counts 3 materials, and the printing has 1"):
+            other.amounts(self.client.slice(self.mesh, 0.5, printing=printing))
+
+    def test_the_plan_warns(self):
+        printing = ccslice.Printing({"a": "#ff0000", "b": "#0000ff"}, ccslice.blend("g", {0.4: "a", 0.6: "b"}))
+        with self.assertWarnsRegex(ccslice.PlanWarning, "channel 'g' runs from 0 to 1") as caught:
+            next(self.client.slice(self.mesh, 0.5, printing=printing))
+        self.assertEqual(os.path.basename(caught.filename), "test_client.py")
+
+    def test_arguments_have_names(self):
+        for method in (self.client.slice, self.client.plan, self.client.job):
+            parameters = inspect.signature(method).parameters
+            self.assertIn("printing", parameters)
+            self.assertIn("channel_tolerance", parameters)
+            self.assertNotIn("job", parameters)
+        self.assertIn("layers", inspect.signature(self.client.slice).parameters)
+
+    def test_nothing_is_left_empty_and_kept_out(self):
+        rest = ccslice.where("g", 0.25, "a", ccslice.blend("g", {0: "a", 1: "nothing"}), instead_of="nothing")
+        printing = ccslice.Printing({"a": "#ff0000", "nothing": None}, rest)
+        self.assertTrue(printing.message.materials[1].leaves_empty)
+        layers = list(self.client.slice(self.mesh, 0.5, printing=printing, occupancy=True))
+        for layer in layers:
+            np.testing.assert_array_equal(layer.occupancy, layer.materials == 1)
+            self.assertEqual(layer.voxel_count, int((layer.materials == 1).sum()))
+            self.assertFalse((layer.materials[:, :5] == 2).any())
+        self.assertTrue(any((layer.materials == 2).any() for layer in layers))
 
     def test_layers_region_placement_and_profile(self):
         layers = list(self.client.slice(self.mesh, 1, layers=range(3, 5)))

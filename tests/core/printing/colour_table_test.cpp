@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -43,6 +44,18 @@ TEST(ColourTable, HasTheGamutsMixesAtItsNodes) {
   }
   EXPECT_GT(reached, 0u);
   EXPECT_LT(reached, nodes);
+}
+
+TEST(ColourTable, MixesNothingOfWhatLeavesVoxelsEmpty) {
+  std::vector<PrintMaterial> with_void = kPalette;
+  with_void.insert(with_void.begin() + 2, {"void", 0x000000ff, true});
+  const ColourTable table(with_void), without(kPalette);
+  for (const float along : {0.0f, 7.0f, 15.5f, 32.0f}) {
+    ColourTable::Weights weights = table.weights({along, 0.25f * along, 32 - along});
+    EXPECT_EQ(weights[2], 0);
+    std::rotate(weights.begin() + 2, weights.begin() + 3, weights.end());
+    EXPECT_EQ(weights, without.weights({along, 0.25f * along, 32 - along}));
+  }
 }
 
 TEST(ColourTable, MixesMixesBetweenItsNodes) {

@@ -129,6 +129,18 @@ TEST(Mixture, IsOfTheFirstOverrideThatHolds) {
       << "channels come in the order of the overrides: 3 is the depth";
 }
 
+TEST(Mixture, TakesTheFractionOfWhatIsKeptOut) {
+  MaterialMap map{BlendMap{"share", {{0, 1}, {1, 2}}}};
+  map.overrides = {{"depth", 1, 3, 1}, {"depth", 0.5, 1}, {"share", 0.9, 3, 2}};
+  const Mixture mixture = mixture_of(printing_with(3, map));
+  EXPECT_THAT(mix(mixture, {0.75f, 2}), ElementsAre(near(0.25f), 0, near(0.75f)));
+  EXPECT_THAT(mix(mixture, {0.95f, 2}), ElementsAre(near(0.05f), near(0.95f), 0));
+  EXPECT_THAT(mix(mixture, {0.95f, 0.7f}), ElementsAre(0, near(0.95f), near(0.05f)));
+  EXPECT_THAT(mix(mixture, {0.75f, 0.7f}), ElementsAre(0, 0, near(1)));
+  EXPECT_THAT(mix(mixture, {0.95f, 0.4f}), ElementsAre(0, 0, 1)) << "what another override gives is kept out, too";
+  EXPECT_FALSE(fits(mixture, {7, 0.7f})) << "the map's own rule decides what fits";
+}
+
 TEST(Mixture, TellsWhatAStrictMapRefuses) {
   const Mixture blend = mixture_of(printing_with(2, {BlendMap{"0", {{10, 1}, {20, 2}}}}));
   EXPECT_TRUE(fits(blend, {10}));

@@ -143,6 +143,26 @@ INSTANTIATE_TEST_SUITE_P(
                               p.map.overrides = {{"r", kNan, 1}};
                             },
                             ErrorCode::kMaterialMapNonFinite, "printing.map.overrides[0].below"},
+                    Spoiled{"OverrideInsteadOfAnUnknownMaterial",
+                            [](Printing& p) {
+                              p.map.overrides = {{"r", 0.5, 1, 4}};
+                            },
+                            ErrorCode::kMaterialUnknown, "printing.map.overrides[0].instead_of"},
+                    Spoiled{"OverrideInsteadOfItself",
+                            [](Printing& p) {
+                              p.map.overrides = {{"r", 0.5, 1}, {"r", 0.5, 1, 1}};
+                            },
+                            ErrorCode::kMaterialMapInvalid, "printing.map.overrides[1].material"},
+                    Spoiled{"OverrideByWhatIsKeptOut",
+                            [](Printing& p) {
+                              p.map.overrides = {{"r", 0.5, 1, 2}, {"r", 0.5, 3, 1}};
+                            },
+                            ErrorCode::kMaterialMapInvalid, "printing.map.overrides[0].material"},
+                    Spoiled{"NothingThatIsPrinted",
+                            [](Printing& p) {
+                              for (PrintMaterial& material : p.materials) material.leaves_empty = true;
+                            },
+                            ErrorCode::kMaterialsMissing, "printing.materials"},
                     Spoiled{"TooManyOverrides",
                             [](Printing& p) {
                               p.map.overrides.assign(17, {"r", 0.5, 1});

@@ -88,6 +88,46 @@ TEST_P(HalftonedBox, HasOneMaterialInEachVoxelInside) {
   }
 }
 
+TEST_P(HalftonedBox, LeavesVoxelsOfNothingEmpty) {
+  const std::vector<Layer> full = slice(0, job_.grid.extent.layers);
+  job_.printing->materials[1] = {"void", job_.printing->background_rgba, true};
+  validate_job(*solid_, job_);
+  const std::vector<Layer> layers = slice(0, job_.grid.extent.layers);
+  std::uint64_t empty = 0;
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    const LayerStats& stats = layers[k].stats;
+    EXPECT_EQ(stats.material_voxels, full[k].stats.material_voxels);
+    EXPECT_EQ(stats.voxels_inside, full[k].stats.voxels_inside - stats.material_voxels[1]);
+    for (std::size_t p = 1; p < layers[k].planes.size(); ++p) {
+      EXPECT_TRUE(layers[k].planes[p].bytes == full[k].planes[p].bytes) << "plane " << p;
+    }
+    // What the mask of the void has, the occupancy lacks.
+    const auto &occupied = layers[k].planes[0].bytes, &inside = full[k].planes[0].bytes;
+    const auto& empties = layers[k].planes[4].bytes;
+    for (std::size_t i = 0; i < occupied.size(); ++i) ASSERT_EQ(occupied[i], inside[i] & ~empties[i]);
+    empty += stats.material_voxels[1];
+  }
+  EXPECT_GT(empty, 0u);
+  job_.planes = {occupancy()};
+  const std::vector<Layer> alone = slice(0, job_.grid.extent.layers, 2);
+  for (std::size_t k = 0; k < alone.size(); ++k) {
+    EXPECT_TRUE(alone[k].planes[0].bytes == layers[k].planes[0].bytes) << "no plane shows materials";
+    EXPECT_EQ(alone[k].stats.material_voxels, layers[k].stats.material_voxels);
+  }
+}
+
+TEST_P(HalftonedBox, KeepsAMaterialOut) {
+  job_.printing->map.overrides = {{"gradient", 0.25, 1}, {"gradient", 0.5, 3, 1}, {"gradient", 0.75, 3, 2}};
+  validate_job(*solid_, job_);
+  for (const Layer& layer : slice(0, job_.grid.extent.layers)) {
+    const double value = (layer.index + 0.5) / job_.grid.extent.layers;
+    EXPECT_TRUE(value >= 0.5 || layer.stats.material_voxels[0] == 0) << "layer " << layer.index;
+    EXPECT_TRUE(value >= 0.75 || layer.stats.material_voxels[1] == 0) << "layer " << layer.index;
+    const bool has_mix = GetParam() != HalftoneMethod::kLargestFraction && value > 0.76 && value < 0.95;
+    EXPECT_TRUE(!has_mix || layer.stats.material_voxels[1] > 0) << "layer " << layer.index;
+  }
+}
+
 TEST_P(HalftonedBox, FollowsTheGradientFromLayerToLayer) {
   const std::vector<Layer> layers = slice(0, job_.grid.extent.layers);
   const double bar = GetParam() == HalftoneMethod::kWhiteNoise ? 0.05 : 0.015;

@@ -96,7 +96,8 @@ double tolerance_of(const SolidSummary& solid, const SliceJob& job, std::uint32_
   }
   if (job.printing) {
     for (const MaterialMap* map : maps_of(*job.printing)) {
-      if (contains(channels_of(*map), range.name)) allow(steepest_span_of(*map), kDefaultOfBytes);
+      if (contains(kind_channels_of(*map), range.name)) allow(steepest_span_of(*map), kDefaultOfBytes);
+      if (contains(channels_of(*map), range.name)) allow(std::numeric_limits<double>::infinity(), kDefault);
     }
   }
   return std::max(tolerance, 1e-9 * std::max({std::abs(range.min), std::abs(range.max), 1e-30}));

@@ -37,11 +37,13 @@ double steepest_span_of(const MaterialMap& map) {
 
 namespace {
 
-/// In the map's order. One that is several components of a colour is there as often: mixes are linear in each component
-/// but not along a diagonal, so that bounds need each by itself.
+/// In the map's order, then one for each override. One that is several components of a colour is there as often: mixes
+/// are linear in each component but not along a diagonal, so that bounds need each by itself.
 std::vector<std::string> inputs_of(const MaterialMap& map) {
-  if (const auto* colour = std::get_if<ColourMap>(&map.kind)) return {colour->red, colour->green, colour->blue};
-  return channels_of(map);
+  std::vector<std::string> inputs = kind_channels_of(map);
+  if (const auto* colour = std::get_if<ColourMap>(&map.kind)) inputs = {colour->red, colour->green, colour->blue};
+  for (const MapOverride& own : map.overrides) inputs.push_back(own.channel);
+  return inputs;
 }
 
 }  // namespace
@@ -85,7 +87,7 @@ MixBounds MapTruth::bounds(std::span<const Interval> values) const {
   for (std::size_t i = 0; i < count && !all; ++i) {
     std::size_t left = i;
     for (std::size_t c = 0; c < places.size(); left /= places[c++].size()) at[c] = places[c][left % places[c].size()];
-    const Shares mix = shares(at);
+    const Shares mix = overridden(shares(at), std::span(at).last(map_.overrides.size()));
     double sum = 0;
     const auto widen = [](Interval& interval, double value) {
       interval.low = std::min(interval.low, std::max(0.0, value - kRoundingOfShares));
@@ -118,6 +120,23 @@ MapTruth::Shares MapTruth::shares(std::span<const double> values) const {
   Shares shares{};
   const auto* pure = std::get_if<PureMap>(&map_.kind);
   shares[pure != nullptr ? pure->material - 1 : 0] = 1;
+  return shares;
+}
+
+/// `values`: those that the overrides compare.
+MapTruth::Shares MapTruth::overridden(Shares shares, std::span<const double> values) const {
+  const std::vector<MapOverride>& all = map_.overrides;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].instead_of != 0 || values[i] >= all[i].below) continue;
+    shares.fill(0);
+    shares[all[i].material - 1] = 1;
+    break;
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].instead_of == 0 || values[i] >= all[i].below) continue;
+    shares[all[i].material - 1] += shares[all[i].instead_of - 1];
+    shares[all[i].instead_of - 1] = 0;
+  }
   return shares;
 }
 

@@ -38,7 +38,7 @@ class MapTruth {
   /// have the same channel.
   MapTruth(const Printing& printing, const MaterialMap& map, std::shared_ptr<const ColourTable> colours);
 
-  /// The channels that it reads, in its order. A channel may be several components of a colour.
+  /// The channels that it reads, in its order, then those of its overrides. A channel may come several times.
   const std::vector<std::string>& channels() const { return channels_; }
   /// `values`: within what bounds each of channels() is. Floats' rounding is added.
   MixBounds bounds(std::span<const Interval> values) const;
@@ -49,6 +49,7 @@ class MapTruth {
   /// Between these the fractions are monotone in this channel, whatever the others are.
   void add_kinks(const Interval& within, std::vector<double>& places) const;
   Shares shares(std::span<const double> values) const;
+  Shares overridden(Shares shares, std::span<const double> values) const;
   Shares table_shares(double value) const;
   Shares direct_shares(const DirectMap& map, std::span<const double> values) const;
   Shares colour_shares(const ColourMap& map, std::span<const double> values) const;

@@ -23,6 +23,7 @@ namespace {
 
 constexpr double kShareOfPrints = 0.4, kShareOfRegionPlanes = 0.7;  // Of the jobs; of those with cell regions.
 constexpr double kShareOfPrintsAlone = 0.35;                        // Of the prints: no channel is shown.
+constexpr double kShareOfOverrides = 0.4;                           // Of the maps.
 constexpr std::array kMapNames = {"pure", "direct", "blend", "curve", "colour"};
 
 class PrintingDraw {
@@ -82,7 +83,22 @@ class PrintingDraw {
       case 3: map.kind = draw_curve(); break;
       default: map.kind = draw_colours();
     }
+    if (random_.chance(kShareOfOverrides)) draw_overrides(map);
     return map;
+  }
+
+  void draw_overrides(MaterialMap& map) {
+    const int count = random_.pick(1, 3);
+    // What keeps materials out gives back none of them: the last material stays.
+    for (int i = 0; i < count; ++i) {
+      MapOverride& own = map.overrides.emplace_back();
+      own.channel = channel();
+      own.below = draw_stops(own.channel, 1).front();
+      const bool keeps_out = count_ > 1 && random_.chance(0.5);
+      own.material = keeps_out ? count_ : material();
+      if (keeps_out) own.instead_of = 1 + static_cast<std::uint32_t>(random_.bits() % (count_ - 1));
+    }
+    text_ += " with " + std::to_string(count) + " overrides";
   }
 
   DirectMap draw_direct() {

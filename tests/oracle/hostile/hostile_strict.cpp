@@ -59,8 +59,17 @@ struct Misfit {
 };
 
 /// `values`: of MapTruth::channels(). Which colours a palette reaches isn't known here.
-Misfit misfit_of(const MaterialMap& map, std::span<const Interval> values) {
+Misfit misfit_of(const MaterialMap& map, std::span<const Interval> all_values) {
   Misfit misfit;
+  const std::span<const Interval> values = all_values.first(all_values.size() - map.overrides.size());
+  const std::span<const Interval> compared = all_values.last(map.overrides.size());
+  bool maybe_overridden = false;
+  for (std::size_t i = 0; i < compared.size(); ++i) {
+    if (map.overrides[i].instead_of != 0) continue;
+    const double rounding = kRoundingOfSlack * std::abs(map.overrides[i].below);
+    if (compared[i].high < map.overrides[i].below - rounding) return {};
+    maybe_overridden = maybe_overridden || compared[i].low < map.overrides[i].below + rounding;
+  }
   if (const auto* blend = std::get_if<BlendMap>(&map.kind)) {
     misfit.add(values[0], blend->stops.front().value, blend->stops.back().value);
   } else if (const auto* curve = std::get_if<CalibrationMap>(&map.kind)) {
@@ -80,6 +89,7 @@ Misfit misfit_of(const MaterialMap& map, std::span<const Interval> values) {
     misfit.surely = misfit.surely || sum.low > kSlack + kRoundingOfSlack || sum.high < -kSlack - kRoundingOfSlack;
     misfit.maybe = misfit.maybe || sum.high > kSlack - kRoundingOfSlack || sum.low < -kSlack + kRoundingOfSlack;
   }
+  misfit.surely = misfit.surely && !maybe_overridden;
   return misfit;
 }
 
