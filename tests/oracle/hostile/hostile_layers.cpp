@@ -97,7 +97,9 @@ double tolerance_of(const SolidSummary& solid, const SliceJob& job, std::uint32_
   if (job.printing) {
     for (const MaterialMap* map : maps_of(*job.printing)) {
       if (contains(kind_channels_of(*map), range.name)) allow(steepest_span_of(*map), kDefaultOfBytes);
-      if (contains(channels_of(*map), range.name)) allow(std::numeric_limits<double>::infinity(), kDefault);
+      const bool is_compared =
+          std::ranges::find(map->overrides, range.name, &MapOverride::channel) != map->overrides.end();
+      if (is_compared) allow(std::numeric_limits<double>::infinity(), kDefault);
     }
   }
   return std::max(tolerance, 1e-9 * std::max({std::abs(range.min), std::abs(range.max), 1e-30}));
