@@ -128,7 +128,31 @@ TEST_F(CommandLineFields, MakeShellsInOrderFromTheSurface) {
   EXPECT_THAT(usage("skin"), HasSubstr("--shell takes MM=MATERIAL, as in '0.5=VeroBlack', not 'skin'"));
   EXPECT_THAT(usage("-1=skin"), HasSubstr("a shell is thicker than 0 mm"));
   const ProcessResult unknown = run(with({"slice", box_, "--pitch", "0.5", "-o", path("no"), "--shell", "1=bark"}));
-  EXPECT_THAT(unknown.err, AllOf(HasSubstr("--where or --shell"), HasSubstr("bark")));
+  EXPECT_THAT(unknown.err, AllOf(HasSubstr("--where, --shell or --keep-out"), HasSubstr("bark")));
+}
+
+// The box is 24 x 16 x 8 mm: a millimetre below its surface lie 44 x 28 x 12 of its voxels.
+TEST_F(CommandLineFields, KeepNothingBelowTheSurface) {
+  const std::vector<std::string> hollow = {"--material", "skin=#0000ff",  "--material", "void",       "--occupancy",
+                                           "--map",      "material:void", "--keep-out", "void=1:skin"};
+  const std::string manifest = manifest_of(hollow, "hollow");
+  constexpr double kAll = 48 * 32 * 16, kInner = 44 * 28 * 12;
+  EXPECT_EQ(voxels_of(manifest), kAll - kInner);
+  EXPECT_EQ(json_at(manifest, "materials.0.voxel_count").number_value(), kAll - kInner);
+  EXPECT_EQ(json_at(manifest, "materials.1.voxel_count").number_value(), kInner);
+  EXPECT_TRUE(json_at(manifest, "materials.1.leaves_empty").bool_value());
+  const auto refused = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> all = {"slice",    box_,         "--pitch",   "0.5",        "-o",
+                                    path("no"), "--material", "a=#0000ff", "--material", "b=#00ff00"};
+    all.insert(all.end(), options.begin(), options.end());
+    const ProcessResult result = run(all);
+    EXPECT_NE(result.exit_code, cli::kExitOk) << result.out;
+    return result.err;
+  };
+  EXPECT_THAT(refused({"--keep-out", "a=1"}), HasSubstr("--keep-out takes MATERIAL=MM:INSTEAD, as in"));
+  EXPECT_THAT(refused({"--keep-out", "a=0:b"}), HasSubstr("the distance is more than 0 mm"));
+  EXPECT_THAT(refused({"--keep-out", "a=1:b", "--keep-out", "b=1:a"}), HasSubstr("is kept out itself"));
+  EXPECT_THAT(refused({"--keep-out", "region:core=a=1:b"}), HasSubstr("there is no cell region \"core\""));
 }
 
 }  // namespace

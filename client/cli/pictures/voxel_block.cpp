@@ -57,7 +57,11 @@ Legend legend_of(const v1::SliceHeader& header) {
   } else {
     legend.title = "materials";
     for (const v1::PrintMaterial& material : header.printing().materials()) {
-      legend.entries.push_back({material.name(), colour_of(material.rgba())});
+      if (material.leaves_empty()) {
+        legend.entries.push_back({material.name() + ", left empty", Colour::Ones()});
+      } else {
+        legend.entries.push_back({material.name(), colour_of(material.rgba())});
+      }
     }
   }
   return legend;
