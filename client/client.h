@@ -109,7 +109,7 @@ struct SliceOutcome {
   std::uint64_t voxels_repainted = 0;  // 0, unless the server broke the channel tolerance and mended it.
   double max_residual_mm = 0;
   std::uint64_t encoded_bytes = 0;
-  std::vector<std::uint64_t> material_voxels;  // For each material; empty if no plane shows them.
+  std::vector<std::uint64_t> material_voxels;  // For each material; empty if none are chosen.
   std::uint64_t voxels_off_map = 0;            // These three as in LayerStatistics.
   std::uint64_t voxels_scaled_up = 0;
   double least_fraction_sum = 0;

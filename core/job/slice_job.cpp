@@ -17,6 +17,8 @@ bool shows_cell_regions(const SliceJob& job) {
                              [](const PlaneSpec& plane) { return plane.content == PlaneContent::kCellRegions; });
 }
 
+bool leaves_voxels_empty(const SliceJob& job) { return job.printing && leaves_voxels_empty(*job.printing); }
+
 void validate_layer_range(const SliceJob& job, std::uint32_t first, std::uint32_t count) {
   if (count == 0) throw Error(ErrorCode::kLayerRangeEmpty, "layer_count: 0; ask for at least one layer", "layer_count");
   const VoxelBox region = region_of(job);

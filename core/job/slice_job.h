@@ -57,6 +57,8 @@ VoxelBox region_of(const SliceJob& job);
 
 /// Some plane shows cell regions.
 bool shows_cell_regions(const SliceJob& job);
+/// Some material of the printing leaves voxels empty.
+bool leaves_voxels_empty(const SliceJob& job);
 
 /// The voxels that a part and its copies have, without those that other parts have.
 struct PartVoxels {

@@ -60,7 +60,6 @@ LayerComposer::LayerComposer(const PlacedParts& parts)
   }
   region_palette_ = region_palette(names.size());
   if (chooses_materials(job_)) material_palette_ = palette_of(*job_.printing);
-  leaves_empty_ = job_.printing && leaves_voxels_empty(*job_.printing);
   if (parts.size() == 1) return;
   const ChannelTable table(parts.front().solid->summary().channels, job_.sources);
   for (const PlaneSpec& plane : shown_channels(job_)) {
@@ -223,7 +222,7 @@ void LayerComposer::add_regions(std::uint32_t part, std::span<const RegionRun> r
 
 /// Leaves out of the counts of voxels those that nothing is printed in.
 void LayerComposer::discount_empty_voxels() {
-  if (!leaves_empty_) return;
+  if (!leaves_voxels_empty(job_)) return;
   const MaterialSet printed = printed_materials(*job_.printing);
   const auto discount = [&](std::uint64_t& voxels, std::span<const std::uint64_t> of_materials) {
     for (std::size_t m = 0; m < of_materials.size(); ++m) voxels -= (printed >> (m + 1) & 1) == 0 ? of_materials[m] : 0;
@@ -300,7 +299,7 @@ std::vector<EncodedPlane> LayerComposer::encode(const Samples& samples, const Ca
       continue;
     }
     const bool is_mask = plane.content == PlaneContent::kMaterialMask;
-    if (is_mask || (plane.content == PlaneContent::kOccupancy && leaves_empty_)) {
+    if (is_mask || (plane.content == PlaneContent::kOccupancy && leaves_voxels_empty(job_))) {
       const IndexImage materials = numbers_for(plane, material_numbers_, cancel);
       const MaterialSet shown = is_mask ? MaterialSet{1} << plane.material : printed_materials(*job_.printing);
       planes.push_back(encoder_.encode_mask(materials, shown, plane.encoding, cancel));

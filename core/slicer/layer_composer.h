@@ -115,7 +115,6 @@ class LayerComposer {
   std::vector<std::uint32_t> numbers_;                 // By placed part: of the part, which its copies share.
   std::vector<std::vector<std::uint8_t>> regions_of_;  // By part, then by its region: its place in cell_region_names().
   std::vector<std::uint32_t> region_palette_, material_palette_;
-  bool leaves_empty_ = false;  // Some material of the printing does.
 
   // The layer at hand:
   Layer layer_;

@@ -35,7 +35,7 @@ std::vector<float> override_bounds(const SliceJob& job, const std::string& chann
 }  // namespace
 
 bool chooses_materials(const SliceJob& job) {
-  if (job.printing && leaves_voxels_empty(*job.printing)) return true;
+  if (leaves_voxels_empty(job)) return true;
   return std::any_of(job.planes.begin(), job.planes.end(), [](const PlaneSpec& plane) {
     return plane.content == PlaneContent::kMaterials || plane.content == PlaneContent::kMaterialMask;
   });

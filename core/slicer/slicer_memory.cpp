@@ -107,7 +107,7 @@ double encoded_bytes(const SliceJob& job, const LayerWindow& window) {
     const bool is_of_numbers = plane.content == PlaneContent::kMaterials ||
                                plane.content == PlaneContent::kMaterialMask ||
                                plane.content == PlaneContent::kCellRegions;
-    if (is_of_numbers || (plane.content == PlaneContent::kOccupancy && chooses_materials(job))) {
+    if (is_of_numbers || (plane.content == PlaneContent::kOccupancy && leaves_voxels_empty(job))) {
       bytes += voxels_of(taken);
     }
   }

@@ -64,7 +64,8 @@ def check_picture(path, plane, layer, manifest):
                 if all(colour[3] == 255 for colour in palette):
                     require(picture.getextrema()[3] == (255, 255), f"{path.name} isn't opaque")
             counts = material_counts(picture, palette)
-            require(counts == [voxels - layer["voxel_count"], *layer["material_voxels"]], f"{path.name}: {counts}")
+            outside = voxels - sum(layer["material_voxels"])
+            require(counts == [outside, *layer["material_voxels"]], f"{path.name}: {counts}")
 
 
 def check_region(manifest):
@@ -95,7 +96,9 @@ def check_folder(folder):
             if path.suffix == ".png":
                 check_picture(path, plane, layer, manifest)
         if "material_voxels" in layer:
-            require(sum(layer["material_voxels"]) == layer["voxel_count"], f"histogram of layer {layer['layer']}")
+            printed = sum(count for count, material in zip(layer["material_voxels"], manifest["materials"])
+                          if not material.get("leaves_empty"))
+            require(printed == layer["voxel_count"], f"histogram of layer {layer['layer']}")
     for index, material in enumerate(manifest.get("materials", [])):
         total = sum(layer["material_voxels"][index] for layer in layers)
         require(total == material["voxel_count"], f"{material['name']}: {total} voxels")

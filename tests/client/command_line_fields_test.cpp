@@ -126,7 +126,7 @@ TEST_F(CommandLineFields, MakeShellsInOrderFromTheSurface) {
     return result.err;
   };
   EXPECT_THAT(usage("skin"), HasSubstr("--shell takes MM=MATERIAL, as in '0.5=VeroBlack', not 'skin'"));
-  EXPECT_THAT(usage("-1=skin"), HasSubstr("a shell is thicker than 0 mm"));
+  EXPECT_THAT(usage("-1=skin"), HasSubstr("--shell takes 0.001 to 1000000 mm, not '-1'"));
   const ProcessResult unknown = run(with({"slice", box_, "--pitch", "0.5", "-o", path("no"), "--shell", "1=bark"}));
   EXPECT_THAT(unknown.err, AllOf(HasSubstr("--where, --shell or --keep-out"), HasSubstr("bark")));
 }
@@ -150,9 +150,23 @@ TEST_F(CommandLineFields, KeepNothingBelowTheSurface) {
     return result.err;
   };
   EXPECT_THAT(refused({"--keep-out", "a=1"}), HasSubstr("--keep-out takes MATERIAL=MM:INSTEAD, as in"));
-  EXPECT_THAT(refused({"--keep-out", "a=0:b"}), HasSubstr("the distance is more than 0 mm"));
+  EXPECT_THAT(refused({"--keep-out", "a=0:b"}), HasSubstr("--keep-out takes 0.001 to 1000000 mm, not '0'"));
   EXPECT_THAT(refused({"--keep-out", "a=1:b", "--keep-out", "b=1:a"}), HasSubstr("is kept out itself"));
-  EXPECT_THAT(refused({"--keep-out", "region:core=a=1:b"}), HasSubstr("there is no cell region \"core\""));
+  EXPECT_THAT(refused({"--keep-out", "region:core=a=1:b"}),
+              HasSubstr("region:... of --map, --where, --shell or --keep-out: there is no cell region \"core\""));
+  const ProcessResult nothing = run({"slice", box_, "--pitch", "0.5", "-o", path("nothing"), "--material", "a=#0000ff",
+                                     "--material", "void", "--map", "material:void"});
+  EXPECT_EQ(nothing.exit_code, cli::kExitOk) << nothing.err;
+  EXPECT_THAT(nothing.err, HasSubstr("nothing is printed: every voxel of these layers is cut out or left empty"));
+  const ProcessResult drawn = run({"picture", box_, "--material", "a=#0000ff", "--material", "void", "--map",
+                                   "material:void", "-o", path("p.png")});
+  EXPECT_EQ(drawn.exit_code, cli::kExitUsage);
+  EXPECT_THAT(drawn.err, HasSubstr("--material void leaves nothing"));
+  const ProcessResult packed = run({"slice", box_, "--pitch", "0.5", "-o", path("graded"), "--material", "a=#0000ff",
+                                    "--material", "void", "--where", "gradient<0.5=void", "--channel", "gradient"});
+  ASSERT_EQ(packed.exit_code, cli::kExitOk) << packed.err;
+  EXPECT_THAT(run({"package", path("graded"), "-o", path("graded.3mf")}).err,
+              HasSubstr("voxels that the layers leave empty aren't empty in it"));
 }
 
 }  // namespace

@@ -108,7 +108,10 @@ TEST_F(Join, EightSharesOfMaterialsAndOfPartsOfAJobDoToo) {
                             with_two({"--encoding", "png-rgba", "--halftone", "error-diffusion"}),
                             {"--layers", "21..155", "--channel", "gradient"},
                             {"--box", "3,3,0.93,9,9,7.4", "--channel", "gradient"},
-                            with_two({"--format", "grabcad", "--box", "3,3,0.93,9,9,7.4"})});
+                            with_two({"--format", "grabcad", "--box", "3,3,0.93,9,9,7.4"}),
+                            // The lower half of both copies is left empty.
+                            {"--at", "0,0,0", "--at", "30,0,0", "--material", "a=#ff0000", "--material", "void",
+                             "--field", "k=z-4", "--where", "k<0=void", "--occupancy"}});
 }
 
 TEST_F(Join, WhatIsJoinedStaysWhenTheSharesGo) {

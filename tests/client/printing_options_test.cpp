@@ -79,6 +79,14 @@ TEST(PrintingOptions, ReadNothing) {
   const auto own = parse_printing({.materials = {"soft=#102030", "void=#00000000"}, .maps = {}, .background = ""});
   EXPECT_TRUE(own->materials(1).leaves_empty());
   EXPECT_EQ(own->materials(1).rgba(), 0u);
+  const auto weighed =
+      parse_printing({.materials = {"soft=#102030", "void"}, .maps = {}, .background = "", .densities = {"1.2"}});
+  EXPECT_EQ(weighed->materials(0).density_g_per_cm3(), 1.2);
+  EXPECT_EQ(weighed->materials(1).density_g_per_cm3(), 0);
+  EXPECT_THROW(parse_printing({.materials = {"Void=#102030"}, .maps = {}, .background = ""}), UsageError);
+  EXPECT_THROW(
+      parse_printing({.materials = {"soft=#102030", "void"}, .maps = {}, .background = "", .densities = {"void=1"}}),
+      UsageError);
 }
 
 TEST(PrintingOptions, ReadShellsAndWhatIsKeptOutByCellRegion) {
@@ -119,6 +127,12 @@ TEST(PrintingOptions, ReadShellsAndWhatIsKeptOutByCellRegion) {
                           "soft=-1:hard", "region:=soft=1:hard", "region:core"}) {
     EXPECT_THROW((void)parse_overrides({.keep_outs = {bad}}), UsageError) << bad;
   }
+  EXPECT_THROW(parse_printing({.materials = {"soft=#102030"},
+                               .maps = {"region:core=soft"},
+                               .overrides = {.shells = {"region:shell=1=soft"}},
+                               .background = ""}),
+               UsageError)
+      << "a region without a map";
 }
 
 TEST(PrintingOptions, ReadEveryKindOfMap) {

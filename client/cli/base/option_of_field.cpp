@@ -15,7 +15,7 @@ struct FieldOption {
 };
 
 /// The first row that fits counts.
-constexpr std::array<FieldOption, 50> kOptions = {{
+constexpr std::array<FieldOption, 51> kOptions = {{
     {"printer", "--printer"},
     {"grid.pitch", "--pitch"},
     {"grid.extent", "--extent"},
@@ -37,13 +37,14 @@ constexpr std::array<FieldOption, 50> kOptions = {{
     {"planes[].encoding", "--encoding"},
     {"planes", "--channel"},
     {"fields[].volume", "--volume"},
-    {"fields", "--field, --volume, --cut-where or --shell"},
+    {"fields", "--field, --volume, --cut-where, --shell or --keep-out"},
     {"cut", "--cut-where"},
     {"overlaps", "--overlaps"},
     {"printing.materials", "--material"},
     {"printing.map.overrides", "--where, --shell or --keep-out"},
     {"printing.map", "--map"},
     {"printing.cell_region_maps[].map.overrides", "--where, --shell or --keep-out"},
+    {"printing.cell_region_maps[].cell_region", "region:... of --map, --where, --shell or --keep-out"},
     {"printing.cell_region_maps", "--map region:..."},
     {"printing.halftone.seed", "--seed"},
     {"printing.halftone", "--halftone"},

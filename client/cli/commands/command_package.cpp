@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
@@ -71,6 +72,11 @@ std::uint64_t write_package(Session& session, const PackageOptions& options, con
     return bytes;
   }
   require_three_mf_stack(stack);
+  const bool leaves_empty = std::ranges::any_of(
+      stack.materials(), [](const StackMaterial& material) { return material.leaves_empty && material.voxels > 0; });
+  if (leaves_empty && !session.quiet()) {
+    print_note("warning: a .3mf file holds the whole part: voxels that the layers leave empty aren't empty in it");
+  }
   return write_three_mf(stack, boundary_of(session, stack, options), options.output);
 }
 

@@ -27,13 +27,15 @@ constexpr std::uint32_t kMostPlanes = 200;
 /// "hardness from 0.1 to 0.9", "soft 40 %, hard 60 %".
 std::string legend_text(const PictureOptions& options, const DrawnPicture& drawn) {
   const v1::PreviewHeader& header = *drawn.header;
-  if (header.pixels_inside() == 0) return "the plane misses the part";
+  const auto all = std::accumulate(header.material_pixels().begin(), header.material_pixels().end(), std::uint64_t{0});
+  if (header.pixels_inside() == 0 && all == 0) {
+    return drawn.materials.empty() ? "the plane misses the part" : "the plane misses what is printed";
+  }
   if (header.has_range()) {
     return echoed(options.channel) + " from " + show_number(header.range().min()) + " to " +
            show_number(header.range().max()) + (options.terminal ? ", '.' to '@'" : "");
   }
   std::string text;
-  const auto all = std::accumulate(header.material_pixels().begin(), header.material_pixels().end(), std::uint64_t{0});
   for (int m = 0; m < header.material_pixels_size(); ++m) {
     const double share = static_cast<double>(header.material_pixels(m)) / static_cast<double>(all);
     text += (m == 0 ? "" : ", ") + echoed(drawn.materials[static_cast<std::size_t>(m)]) + " " +

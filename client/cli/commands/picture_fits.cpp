@@ -57,7 +57,7 @@ struct Fit {
 };
 
 /// Options that have to fit twice have two rows.
-constexpr std::array<Fit, 39> kFits = {{
+constexpr std::array<Fit, 40> kFits = {{
     {"MORE", kLayer},
     {"--at", kLayer},
     {"--job", kLayer},
@@ -86,6 +86,7 @@ constexpr std::array<Fit, 39> kFits = {{
     {"--map", kMaterials},
     {"--where", kMaterials},
     {"--shell", kMaterials},
+    {"--keep-out", kMaterials},
     {"--strict", kMaterials},
     {"--halftone", kHalftone | kPrinted},
     {"--seed", kHalftone | kPrinted},

@@ -53,13 +53,18 @@ v1::MapOverride of_depth(double below_mm, const std::string& material) {
   return result;
 }
 
+/// The distances that the formula distance() takes.
+double parse_depth(const std::string& option, std::string_view text) {
+  constexpr double kLeastMm = 0.001, kMostMm = 1e6;
+  const double mm = parse_number(option, text);
+  if (mm >= kLeastMm && mm <= kMostMm) return mm;
+  throw UsageError(option + " takes 0.001 to 1000000 mm, not '" + std::string(text) + "'");
+}
+
 /// A shell's own thickness stands for where it ends.
 v1::MapOverride parse_shell(const std::string& text) {
-  const std::string taken = "--shell takes MM=MATERIAL, as in '0.5=VeroBlack'";
-  const auto [thickness, material] = parse_pair(taken, text);
-  const double mm = parse_number("--shell", thickness);
-  if (!(mm > 0)) throw UsageError(taken + ", not '" + text + "': a shell is thicker than 0 mm");
-  return of_depth(mm, material);
+  const auto [thickness, material] = parse_pair("--shell takes MM=MATERIAL, as in '0.5=VeroBlack'", text);
+  return of_depth(parse_depth("--shell", thickness), material);
 }
 
 v1::MapOverride parse_keep_out(const std::string& text) {
@@ -67,8 +72,7 @@ v1::MapOverride parse_keep_out(const std::string& text) {
   const auto [kept_out, rest] = parse_pair(taken, text);
   const std::size_t colon = rest.find(':');
   if (colon == std::string::npos || colon + 1 == rest.size()) throw UsageError(taken + ", not '" + text + "'");
-  const double mm = parse_number("--keep-out", std::string_view(rest).substr(0, colon));
-  if (!(mm > 0)) throw UsageError(taken + ", not '" + text + "': the distance is more than 0 mm");
+  const double mm = parse_depth("--keep-out", std::string_view(rest).substr(0, colon));
   v1::MapOverride result = of_depth(mm, rest.substr(colon + 1));
   result.set_instead_of(kept_out);
   return result;

@@ -34,7 +34,7 @@ std::pair<std::string, std::string> parse_region(const std::string& taken, const
   const bool has_name = quoted ? equals > 2 : equals != std::string::npos && equals > 0;
   if (!has_name || equals + 1 == piece.size()) {
     throw UsageError(taken + ", not '" + piece +
-                     "'; names with commas or '=' go between quotation marks: 'region:\"a,b\"=soft'");
+                     "'; names with commas or '=' go between quotation marks: 'region:\"a,b\"=...'");
   }
   return {unquoted(std::string_view(piece).substr(0, equals)), piece.substr(equals + 1)};
 }

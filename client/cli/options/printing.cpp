@@ -45,6 +45,11 @@ v1::PrintMaterial parse_material(const std::string& text, const v1::Printing& pr
     material.set_rgba(parse_colour("--material", rgba));
   }
   material.set_leaves_empty(material.name() == kVoid);
+  const bool is_alike = std::ranges::equal(
+      material.name(), kVoid, [](char a, char b) { return a == b || (a >= 'A' && a <= 'Z' && a - 'A' + 'a' == b); });
+  if (is_alike && !material.leaves_empty()) {
+    throw UsageError("--material " + material.name() + ": write void, in small letters, for nothing, or another name");
+  }
   return material;
 }
 
@@ -220,6 +225,10 @@ v1::MaterialMap& map_of_region(const std::string& region, v1::Printing& printing
   auto& maps = *printing.mutable_cell_region_maps();
   const auto own = std::ranges::find(maps, region, &v1::CellRegionMap::cell_region);
   if (own != maps.end()) return *own->mutable_map();
+  if (!printing.has_map()) {
+    throw UsageError("--where, --shell or --keep-out: cell region '" + region +
+                     "' has no map; give --map for all, or --map region:... for it");
+  }
   add_region_map(region, printing.map(), printing);
   return *maps.rbegin()->mutable_map();
 }
@@ -282,7 +291,9 @@ void set_density(std::string_view text, v1::Printing& printing) {
   const std::size_t equals = text.rfind('=');
   if (equals == std::string_view::npos) {
     const double density = parse_density(text);
-    for (v1::PrintMaterial& material : *printing.mutable_materials()) material.set_density_g_per_cm3(density);
+    for (v1::PrintMaterial& material : *printing.mutable_materials()) {
+      if (!material.leaves_empty()) material.set_density_g_per_cm3(density);
+    }
     return;
   }
   const std::string name(text.substr(0, equals));
@@ -290,6 +301,7 @@ void set_density(std::string_view text, v1::Printing& printing) {
   if (named == printing.mutable_materials()->end()) {
     throw UsageError("--density: there is no --material '" + name + "'");
   }
+  if (named->leaves_empty()) throw UsageError("--density: void weighs nothing; leave it out");
   named->set_density_g_per_cm3(parse_density(text.substr(equals + 1)));
 }
 

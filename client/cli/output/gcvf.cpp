@@ -47,14 +47,16 @@ long dots_an_inch(const LayerStack& stack, std::size_t axis) {
 
 void require_palette(const LayerStack& stack) {
   if (stack.background_rgba() != kBackground) refuse("has a black background; slice without --background");
-  if (stack.materials().size() > kMostGrabcadMaterials) {
+  const auto printed =
+      static_cast<std::size_t>(std::ranges::count(stack.materials(), false, &StackMaterial::leaves_empty));
+  if (printed > kMostGrabcadMaterials) {
     refuse("holds at most " + std::to_string(kMostGrabcadMaterials) + " materials, and there are " +
-           std::to_string(stack.materials().size()));
+           std::to_string(printed));
   }
   for (const StackMaterial& material : stack.materials()) {
     if (material.leaves_empty) {
-      if (material.rgba == kBackground) continue;
-      refuse("leaves nothing empty but in its background's colour; slice with --material void, without a colour");
+      if (material.rgba == kBackground || material.rgba == kGrabcadVoid) continue;
+      refuse("has void in its background's colour or as #00000000; slice with --material void");
     }
     if ((material.rgba & 0xff) != 0xff)
       refuse("has opaque colours only, and that of " + echoed(material.name) + " isn't");

@@ -45,8 +45,13 @@ void require_grabcad_materials(const v1::Printing* printing) {
                      "names " +
                      std::to_string(printed));
   }
+  const std::uint32_t background = printing->has_background_rgba() ? printing->background_rgba() : 0xff;
   for (const v1::PrintMaterial& material : printing->materials()) {
-    if ((material.rgba() & 0xff) == 0xff || material.leaves_empty()) continue;
+    if (material.leaves_empty()) {
+      if (material.rgba() == background || material.rgba() == kGrabcadVoid) continue;
+      throw UsageError("GrabCAD takes void in the background's colour or as #00000000; write --material void");
+    }
+    if ((material.rgba() & 0xff) == 0xff) continue;
     throw UsageError("GrabCAD takes opaque colours only; write --material " + echoed(material.name()) +
                      "=#RRGGBB, without a fourth byte, or with ff there");
   }

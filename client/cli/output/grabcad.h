@@ -19,6 +19,8 @@
 namespace ccslice::cli {
 
 inline constexpr std::size_t kMostGrabcadMaterials = 6;
+/// What voxels inside that are left empty may be in pictures, besides the background's colour.
+inline constexpr std::uint32_t kGrabcadVoid = 0;
 inline constexpr std::uint32_t kFewestGrabcadLayers = 30;
 
 /// Sets what of a job's options GrabCAD needs and the user hasn't said. Throws UsageError, naming the option, for what

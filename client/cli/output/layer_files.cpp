@@ -136,7 +136,9 @@ v1::StoredFile stored(const LayerFile& file) {
 /// Adds what each part has, and which parts overlap.
 void add_parts(const v1::LayerStatistics& statistics, v1::LayerEntry& entry) {
   for (int p = 0; p < statistics.parts_size(); ++p) {
-    if (statistics.parts(p).voxel_count() == 0) continue;
+    const auto& of_materials = statistics.parts(p).material_voxels();
+    const bool has_any = std::ranges::any_of(of_materials, [](std::uint64_t voxels) { return voxels > 0; });
+    if (statistics.parts(p).voxel_count() == 0 && !has_any) continue;
     v1::LayerPart& part = *entry.add_parts();
     part.set_part(static_cast<std::uint32_t>(p));
     part.set_voxel_count(statistics.parts(p).voxel_count());

@@ -28,7 +28,8 @@ void set_amount(std::uint64_t voxels, double voxel_cm3, const v1::PrintMaterial&
   const double cm3 = voxel_cm3 * static_cast<double>(voxels);
   amount.set_voxel_count(voxels);
   amount.set_volume_cm3(cm3);
-  if (material.density_g_per_cm3() > 0) amount.set_grams(cm3 * material.density_g_per_cm3());
+  if (material.density_g_per_cm3() > 0 && !material.leaves_empty())
+    amount.set_grams(cm3 * material.density_g_per_cm3());
 }
 
 std::vector<v1::MaterialVoxels> materials_of(const client::SliceOutcome& outcome) {

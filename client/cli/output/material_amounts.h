@@ -20,7 +20,7 @@ std::string show_cm3(double cm3);
 void describe_material(const v1::PrintMaterial& material, v1::MaterialVoxels& described);
 /// Sets how much of a material there is, voxels of so many cm3 each.
 void set_amount(std::uint64_t voxels, double voxel_cm3, const v1::PrintMaterial& material, v1::MaterialVoxels& amount);
-/// In the printing's order; none if no plane shows materials.
+/// In the printing's order; none if no materials are chosen.
 std::vector<v1::MaterialVoxels> materials_of(const client::SliceOutcome& outcome);
 /// Names, volumes and shares of so many voxels that are printed, in one line.
 std::string materials_text(const std::vector<v1::MaterialVoxels>& materials, std::uint64_t voxel_count);

@@ -100,6 +100,11 @@ void report_sliced(const Session& session, const std::string& output, const Plan
         "report it with the mesh and the command");
   }
   if (!session.quiet()) warn_of_misfits(outcome);
+  const bool held_some =
+      outcome.voxels_cut > 0 || std::ranges::any_of(outcome.material_voxels, [](auto n) { return n > 0; });
+  if (!session.quiet() && outcome.voxel_count == 0 && held_some) {
+    print_note("warning: nothing is printed: every voxel of these layers is cut out or left empty");
+  }
 }
 
 void report_complete(const Session& session, const std::string& output, const PlannedJob& job) {

@@ -99,14 +99,19 @@ v1::GridSpec sheet_grid(const v1::SliceHeader& header, const SpreadLayers& layer
   return sheet;
 }
 
+/// A blue-noise mask for the sheet's own pitch would take the server a second.
+v1::Printing sheet_printing(const v1::SliceHeader& header) {
+  v1::Printing printing = header.printing();
+  v1::Halftone& halftone = *printing.mutable_halftone();
+  if (halftone.method() == v1::HALFTONE_METHOD_BLUE_NOISE) halftone.set_method(v1::HALFTONE_METHOD_ERROR_DIFFUSION);
+  return printing;
+}
+
 void ask_for_sheet(const v1::SliceHeader& header, v1::SliceJob& sheet) {
-  if (shows_materials(header)) {
-    ask_for_material_block(sheet, header.printing());
-    // A blue-noise mask for the sheet's own pitch would take the server a second.
-    v1::Halftone& halftone = *sheet.mutable_printing()->mutable_halftone();
-    if (halftone.method() == v1::HALFTONE_METHOD_BLUE_NOISE) halftone.set_method(v1::HALFTONE_METHOD_ERROR_DIFFUSION);
-    return;
-  }
+  if (shows_materials(header)) return ask_for_material_block(sheet, sheet_printing(header));
+  const auto& materials = header.printing().materials();
+  const bool leaves_empty = std::ranges::any_of(materials, &v1::PrintMaterial::leaves_empty);
+  if (leaves_empty) *sheet.mutable_printing() = sheet_printing(header);
   v1::ValueRange range;
   const std::string channel = channel_of(header, range);
   if (channel.empty() && shows_cell_regions(header)) return ask_for_region_block(sheet);

@@ -34,6 +34,6 @@ from .volume import Volume
 
 __all__ = [
     "AnswerError", "CallError", "Client", "Error", "Evaluation", "Field", "Layer", "LocalServerError",
-    "MaterialAmount", "Mesh", "Part", "Plane", "PlanWarning", "Preview", "Printing", "Probe", "Surface", "Volume", "__version__", "blend", "calibration",
-    "direct", "where"
+    "MaterialAmount", "Mesh", "Part", "Plane", "PlanWarning", "Preview", "Printing", "Probe", "Surface", "Volume",
+    "__version__", "blend", "calibration", "direct", "where"
 ]

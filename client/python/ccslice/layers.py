@@ -27,8 +27,8 @@ class Layer:
 
     index: int  # In the grid.
     z_mm: float  # Of its voxels' centres.
-    voxel_count: int  # Inside.
-    occupancy: Optional[np.ndarray]  # bool; None if it wasn't asked for.
+    voxel_count: int  # Inside, without those that are cut out or left empty.
+    occupancy: Optional[np.ndarray]  # bool, of these; None if it wasn't asked for.
     channels: Dict[str, np.ndarray]  # float32, uint8 or uint16 by name, as asked for; `outside`, or 0, outside.
     materials: Optional[np.ndarray]  # uint8: 1 for the first material, 0 outside; None without printing.
     cell_regions: Optional[np.ndarray]  # uint8: 1 for the first region, 0 outside; None if it wasn't asked for.

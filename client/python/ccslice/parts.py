@@ -17,7 +17,7 @@ class Part:
     mesh: a Mesh, or the id of an uploaded one.
     placements: a (3, 4) or (4, 4) matrix, row by row, for each copy; default: one copy, where the mesh is.
     name: what messages call it; default: "part 1", "part 2", ... in their order.
-    map: blend(), direct(), calibration(), or the name of one material, in place of that of the job's Printing.
+    map: blend(), direct(), calibration(), where(), or the name of one material, in place of that of the job's Printing.
     region_maps: {cell region: the same}, in place of those of the job's Printing.
     seed: in place of that of the job's Printing.
     """

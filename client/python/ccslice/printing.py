@@ -111,13 +111,17 @@ class Printing:
     densities: {name: grams of a cubic centimetre}, for reports.
     """
 
-    def __init__(self, materials: Mapping[str, Optional[Colour]], map: Union[material_pb2.MaterialMap, str, None] = None, *,
+    def __init__(self, materials: Mapping[str, Optional[Colour]],
+                 map: Union[material_pb2.MaterialMap, str, None] = None, *,
                  region_maps: Optional[Mapping[str, Union[material_pb2.MaterialMap, str]]] = None,
                  halftone: str = "blue-noise", seed: int = 0, strict: bool = False,
                  densities: Optional[Mapping[str, float]] = None):
         if halftone not in _METHODS:
             raise ValueError(f"halftone is one of {', '.join(_METHODS)}, not {halftone!r}")
         self.material_names = list(materials)
+        empty = [name for name, colour in materials.items() if colour is None]
+        if len(empty) > 1:
+            raise ValueError(f"materials has {empty[0]!r} and {empty[1]!r} of the colour None: one is enough")
         self.message = material_pb2.Printing()
         for name, colour in materials.items():
             self.message.materials.add(name=name, leaves_empty=colour is None,
@@ -125,6 +129,8 @@ class Printing:
         for name, density in (densities or {}).items():
             if name not in materials:
                 raise ValueError(f"densities names {name!r}, which is none of the materials")
+            if materials[name] is None:
+                raise ValueError(f"densities names {name!r}, which is left empty and weighs nothing")
             if not 0 < density < float("inf"):
                 raise ValueError(f"densities[{name!r}] is a number of grams above 0, not {density!r}")
             self.message.materials[self.material_names.index(name)].density_g_per_cm3 = density

@@ -442,8 +442,7 @@ v1::PlanSlicesResponse plan_slices(const v1::PlanSlicesRequest& request,
   plan.set_estimated_bytes(static_cast<std::uint64_t>(std::llround(estimate * region.extent.layers)));
   describe_parts(message, parts, smallest_feature(request, job.grid.pitch), cancel, plan);
   warn_of_grid(job, plan);
-  const bool leaves_empty = job.printing && leaves_voxels_empty(*job.printing);
-  if ((job.cut || leaves_empty) && request.job().has_contours()) {
+  if ((job.cut || leaves_voxels_empty(job)) && request.job().has_contours()) {
     add_warning(
         plan, v1::PLAN_WARNING_KIND_CONTOURS_UNCUT,
         "contours are those of the whole part, also where voxels of it are cut out or left empty; take pictures "

@@ -94,6 +94,24 @@ TEST_F(Grabcad, AnArchiveIsMadeOfTheFolder) {
   EXPECT_EQ(run({"package", path("out"), "-o", path("out.gcvf")}).exit_code, cli::kExitOk);
 }
 
+TEST_F(Grabcad, SixMaterialsAndVoidArePacked) {
+  std::vector<std::string> more = {two_[0], two_[1], "--where=g<0.2=void"};
+  for (const char* name : {"a=#010101", "b=#020202", "c=#030303", "d=#040404"}) {
+    more.push_back("--material=" + std::string(name));
+  }
+  for (const char* colour : {"", "=#00000000"}) {
+    std::vector<std::string> all = more;
+    all.push_back("--material=void" + std::string(colour));
+    all.push_back("--force");
+    const ProcessResult sliced = run(job("out", all));
+    ASSERT_EQ(sliced.exit_code, cli::kExitOk) << sliced.err;
+    EXPECT_THAT(sliced.err, Not(HasSubstr("'void'"))) << "no resin";
+    const ProcessResult packed = run({"package", path("out"), "--force", "-o", path("out.gcvf")});
+    EXPECT_EQ(packed.exit_code, cli::kExitOk) << packed.err;
+  }
+  EXPECT_THAT(run(job("red", {two_[0], two_[1], "--material=void=#ff0000"})).err, HasSubstr("write --material void"));
+}
+
 TEST_F(Grabcad, AnotherRunIsRefusedOrReplaces) {
   ASSERT_EQ(run(job("out", two_)).exit_code, cli::kExitOk);
   EXPECT_EQ(run(job("out", two_)).exit_code, cli::kExitOutput);

@@ -248,6 +248,10 @@ class Values(unittest.TestCase):
         self.assertAlmostEqual(a.grams, 0.625)
         self.assertEqual((b.grams, nothing.share), (None, None))
         self.assertAlmostEqual(nothing.cm3, 0.25)
+        with self.assertRaisesRegex(ValueError, "'nothing', which is left empty and weighs nothing"):
+            ccslice.Printing({"a": "#ff0000", "nothing": None}, densities={"nothing": 1})
+        with self.assertRaisesRegex(ValueError, "one is enough"):
+            ccslice.Printing({"a": "#ff0000", "nothing": None, "none": None})
         other = ccslice.Printing({"a": "#ff0000"})
         with self.assertRaisesRegex(ValueError, "counts 3 materials, and the printing has 1"):
             other.amounts(self.client.slice(self.mesh, 0.5, printing=printing))

@@ -14,6 +14,7 @@
 
 #include "core/models/models.h"
 #include "core/prepare/prepare_solid.h"
+#include "core/printing/colour_gamut.h"
 #include "tests/core/slicer/test_jobs.h"
 #include "tests/support/cell_regions.h"
 
@@ -116,6 +117,33 @@ TEST_F(LayerPainterTest, MixesAndOutlinesShowTheSameVoxels) {
   EXPECT_TRUE(mixed.outlines.empty());
   EXPECT_EQ(mixed.pixels_inside, plain.pixels_inside);
   for (std::size_t at = 3; at < plain.rgba.size(); at += 4) ASSERT_EQ(mixed.rgba[at], plain.rgba[at]);
+}
+
+TEST_F(LayerPainterTest, WhatIsLeftEmptyIsTransparent) {
+  PreviewColours show;
+  show.content = PreviewContent::kHalftone;
+  const PreviewPicture full = paint(show, 5);
+  show.content = PreviewContent::kMix;
+  const PreviewPicture full_mix = paint(show, 5);
+  job_.printing->materials[1].leaves_empty = true;
+  const PreviewPicture mix = paint(show, 5);
+  show.content = PreviewContent::kHalftone;
+  const PreviewPicture halftone = paint(show, 5);
+  EXPECT_EQ(halftone.material_pixels, full.material_pixels);
+  EXPECT_EQ(halftone.pixels_inside, full.material_pixels[0]);
+  for (std::size_t at = 0; at < full.rgba.size(); at += 4) {
+    const bool is_soft = full.rgba[at] == 255;
+    ASSERT_EQ(halftone.rgba[at + 3], is_soft ? 255 : 0);
+    if (full_mix.rgba[at + 3] == 0) {
+      ASSERT_EQ(mix.rgba[at + 3], 0);
+      continue;
+    }
+    // The fraction of what is red, by the light of the mix.
+    const double fraction = linear_intensity(full_mix.rgba[at] / 255.0);
+    ASSERT_NEAR(mix.rgba[at + 3], 255 * fraction, 2);
+    ASSERT_EQ(mix.rgba[at], mix.rgba[at + 3] > 0 ? 255 : 0);
+    ASSERT_EQ(mix.rgba[at + 2], 0);
+  }
 }
 
 // What the layer of the whole part shows under a region's map, where that region is.

@@ -297,6 +297,16 @@ TEST_F(PlanePainterTest, HalftonesShowTheVoxelsOfTheJob) {
   EXPECT_GT(inside, 500u);
   EXPECT_LE(differ, inside / 50) << "thresholds within the tolerances of a fraction, and outlines within a tenth";
   EXPECT_EQ(picture.material_pixels[0] + picture.material_pixels[1], picture.pixels_inside);
+
+  auto with_void = std::make_shared<Printing>(*slice.printing);
+  with_void->materials[1].leaves_empty = true;
+  job.show.printing = with_void;
+  const PreviewPicture pores = PlanePainter(solid_).paint(job, PreviewStage::kFull, {});
+  EXPECT_EQ(pores.material_pixels, picture.material_pixels);
+  EXPECT_EQ(pores.pixels_inside, picture.material_pixels[0]);
+  for (std::size_t at = 0; at < picture.rgba.size(); at += 4) {
+    ASSERT_EQ(pores.rgba[at + 3], picture.rgba[at] == 255 ? 255 : 0) << at;
+  }
 }
 
 // Two regions of a part: where each is, it looks as if its map were that of the whole part.
