@@ -105,7 +105,7 @@ void colour_channel(const PreviewColours& show, const Values& values, std::span<
   }
 }
 
-/// What materials look like that are mixed. They are as transparent as voxels are left empty.
+/// Colours of mixed materials. A pixel is as transparent as its fraction of what is left empty.
 class MixedColours {
  public:
   explicit MixedColours(const Printing& printing) : materials_(printing.materials) {

@@ -169,7 +169,7 @@ void Mixture::override_kind(std::span<const MixRow> values, Fractions& fractions
   }
 }
 
-/// What one takes away no other one gives, so their order doesn't matter.
+/// Moves fractions. No replacement gives a material that another one takes away, so their order doesn't matter.
 void Mixture::replace(std::span<const MixRow> values, Fractions& fractions) const noexcept {
   for (const Replacement& own : replacements_) {
     const MixRow& row = values[own.row];

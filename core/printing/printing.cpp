@@ -117,7 +117,7 @@ class MapCheck {
     refuse(ErrorCode::kMaterialUnknown, field, "there is no material " + std::to_string(material));
   }
 
-  /// What an override takes the place of is gone for good: no other one brings it back.
+  /// Refuses an override that gives a material which another one, or itself, keeps out.
   void check_kept_out(const std::vector<MapOverride>& overrides, std::size_t i, const std::string& path) const {
     check_material(overrides[i].instead_of, path + ".instead_of");
     for (std::size_t j = 0; j < overrides.size(); ++j) {

@@ -145,7 +145,7 @@ std::vector<Row> measure_all(const Options& options) {
           {"indexed PNG, 4 bits", ours(SampleType::kUint4, Encoding::kPng)},
           {"indexed PNG, 8 bits", ours(SampleType::kUint8, Encoding::kPng)},
           {"bitmap PNG of one material",
-           measure(options.runs, [&] { return encoder.encode_mask(image, 4, Encoding::kPng).bytes.size(); })},
+           measure(options.runs, [&] { return encoder.encode_mask(image, 1U << 2, Encoding::kPng).bytes.size(); })},
           {"2 bits, zstd", ours(SampleType::kUint2, Encoding::kRawZstd)},
           {"2 bits, raw", ours(SampleType::kUint2, Encoding::kRaw)},
           {"graded grey PNG, 8 bits", graded(Encoding::kPng)},

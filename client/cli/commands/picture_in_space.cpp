@@ -108,8 +108,8 @@ DrawnPicture draw_in_space(Session& session, const PictureOptions& options, cons
   ask_for_all_layers(session, request);
   const VoxelBlock block = slice_block(session, request, "slicing");
   client::Surface surface;
-  const bool leaves_empty = std::ranges::any_of(job.printing().materials(), &v1::PrintMaterial::leaves_empty);
-  if (job.cut().empty() && !leaves_empty) {
+  const bool has_void = leaves_empty(job.printing());
+  if (job.cut().empty() && !has_void) {
     surface = picture_surface(session, part, box, view.width);
   } else {
     constexpr double kVoxelCreaseDeg = 60;  // Voxels are steps, however smooth the part is.
@@ -117,7 +117,7 @@ DrawnPicture draw_in_space(Session& session, const PictureOptions& options, cons
     view.crease_deg = kVoxelCreaseDeg;
     if (surface.triangles.empty()) {
       throw UsageError(
-          std::string(leaves_empty ? "--material void" : "--cut-where") +
+          std::string(has_void ? "--material void" : "--cut-where") +
           " leaves nothing that the voxels of this picture show; leave more of the part, or give more --voxels");
     }
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The ccslice authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// What goes before material maps, and what keeps materials away from the surface: --where, --shell and --keep-out.
+// Options that go before material maps, or keep materials away from the surface: --where, --shell and --keep-out.
 
 #pragma once
 

@@ -11,7 +11,8 @@
 
 namespace ccslice::cli {
 
-/// What stands before and after the last '='. `taken` is what the option takes, with its name. Throws UsageError.
+/// Returns the texts before and after the last '='. `taken` says what the option takes, with its name. Throws
+/// UsageError.
 std::pair<std::string, std::string> parse_pair(const std::string& taken, const std::string& text);
 
 /// A name, without the quotation marks that it may stand between.
@@ -19,7 +20,8 @@ std::string unquoted(std::string_view text);
 
 bool is_number(std::string_view text);
 
-/// NAME=MAP or "NAME"=MAP, what follows "region:". `taken` is what the option takes. Throws UsageError.
+/// Returns the name and the map of NAME=MAP or "NAME"=MAP, the text behind "region:". `taken` says what the option
+/// takes. Throws UsageError.
 std::pair<std::string, std::string> parse_region(const std::string& taken, const std::string& piece);
 
 }  // namespace ccslice::cli

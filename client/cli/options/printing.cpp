@@ -27,7 +27,7 @@ std::uint32_t parse_colour(const std::string& option, const std::string& text) {
   return digits.size() == 8 ? colour : colour << 8 | 0xff;
 }
 
-/// "void" alone has the background's colour.
+/// Reads --material. A void without a colour gets the background's.
 v1::PrintMaterial parse_material(const std::string& text, const v1::Printing& printing) {
   constexpr std::string_view kVoid = "void";
   constexpr std::uint32_t kBlack = 0xff;
@@ -220,7 +220,7 @@ void parse_region_maps(const std::string& text, v1::Printing& printing) {
   }
 }
 
-/// Those of regions without one of their own begin as the map that they have had.
+/// The map of a region. A region without a map of its own gets a copy of the map for all.
 v1::MaterialMap& map_of_region(const std::string& region, v1::Printing& printing) {
   auto& maps = *printing.mutable_cell_region_maps();
   const auto own = std::ranges::find(maps, region, &v1::CellRegionMap::cell_region);

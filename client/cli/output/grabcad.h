@@ -19,7 +19,7 @@
 namespace ccslice::cli {
 
 inline constexpr std::size_t kMostGrabcadMaterials = 6;
-/// What voxels inside that are left empty may be in pictures, besides the background's colour.
+/// A colour, besides the background's, that voxels may have in pictures if they are left empty.
 inline constexpr std::uint32_t kGrabcadVoid = 0;
 inline constexpr std::uint32_t kFewestGrabcadLayers = 30;
 

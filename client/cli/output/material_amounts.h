@@ -16,7 +16,7 @@ namespace ccslice::cli {
 
 double cm3_of(std::uint64_t voxels, const client::SliceOutcome& outcome);
 std::string show_cm3(double cm3);
-/// What a printing says of a material.
+/// Sets the name, the colour and whether the material leaves voxels empty.
 void describe_material(const v1::PrintMaterial& material, v1::MaterialVoxels& described);
 /// Sets how much of a material there is, voxels of so many cm3 each.
 void set_amount(std::uint64_t voxels, double voxel_cm3, const v1::PrintMaterial& material, v1::MaterialVoxels& amount);

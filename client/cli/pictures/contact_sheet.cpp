@@ -109,9 +109,7 @@ v1::Printing sheet_printing(const v1::SliceHeader& header) {
 
 void ask_for_sheet(const v1::SliceHeader& header, v1::SliceJob& sheet) {
   if (shows_materials(header)) return ask_for_material_block(sheet, sheet_printing(header));
-  const auto& materials = header.printing().materials();
-  const bool leaves_empty = std::ranges::any_of(materials, &v1::PrintMaterial::leaves_empty);
-  if (leaves_empty) *sheet.mutable_printing() = sheet_printing(header);
+  if (leaves_empty(header.printing())) *sheet.mutable_printing() = sheet_printing(header);
   v1::ValueRange range;
   const std::string channel = channel_of(header, range);
   if (channel.empty() && shows_cell_regions(header)) return ask_for_region_block(sheet);

@@ -3,6 +3,7 @@
 
 #include "client/cli/pictures/voxel_block.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -75,6 +76,10 @@ void describe_block(const v1::SliceHeader& header, VoxelBlock& block) {
 }
 
 }  // namespace
+
+bool leaves_empty(const v1::Printing& printing) {
+  return std::ranges::any_of(printing.materials(), &v1::PrintMaterial::leaves_empty);
+}
 
 void ask_for_block(v1::SliceJob& job, const std::string& channel) {
   add_plane(job, v1::SAMPLE_TYPE_BIT).mutable_occupancy();

@@ -41,6 +41,9 @@ struct VoxelBlock {
   }
 };
 
+/// Some material leaves voxels empty, so that the part's surface isn't that of its voxels.
+bool leaves_empty(const v1::Printing& printing);
+
 /// Asks for the planes that a block is made of: the occupancy and, unless `channel` is empty, that channel.
 void ask_for_block(v1::SliceJob& job, const std::string& channel);
 

@@ -220,7 +220,8 @@ TEST(PngFile, MaterialsReadBackInTheirColours) {
       ASSERT_EQ(std::memcmp(&indexed.samples[3 * i], &colours[4 * i], 3), 0) << i;
     }
   }
-  EXPECT_EQ(read_with_openimageio(PlaneEncoder().encode_mask(image, 4, Encoding::kPng).bytes, "a.png").samples, mask);
+  EXPECT_EQ(read_with_openimageio(PlaneEncoder().encode_mask(image, 1U << 2, Encoding::kPng).bytes, "a.png").samples,
+            mask);
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ TEST(PackIndices, TakesTheBytesThatSampleBytesSays) {
 TEST(PackIndices, MasksShowTheirMaterials) {
   const Bytes indices = {0, 1, 2, 2, 1, 0, 2, 0, 2, 1};
   Bytes mask;
-  pack_mask({5, 2, indices, {}}, 4, mask, {});
+  pack_mask({5, 2, indices, {}}, 1U << 2, mask, {});
   EXPECT_EQ(mask, (Bytes{0b00110000, 0b01010000}));
   pack_mask({5, 2, indices, {}}, 1U << 1 | 1U << 2, mask, {});
   EXPECT_EQ(mask, (Bytes{0b01111000, 0b01011000}));

@@ -184,8 +184,8 @@ TEST(Png, AWindowOfIndicesShowsTheWholePicture) {
           PlaneEncoder encoder;
           expect_same_picture(encoder.encode(held, type, encoding), encoder.encode(whole, type, encoding), what);
         }
-        expect_same_picture(PlaneEncoder().encode_mask(held, 2, Encoding::kPng),
-                            PlaneEncoder().encode_mask(whole, 2, Encoding::kPng), what + ", mask");
+        expect_same_picture(PlaneEncoder().encode_mask(held, 1U << 1, Encoding::kPng),
+                            PlaneEncoder().encode_mask(whole, 1U << 1, Encoding::kPng), what + ", mask");
       }
     }
   }
@@ -237,7 +237,7 @@ TEST(Png, SaysTheResolutionWhereThePitchIsKnown) {
             without);
   const IndexImage numbers{2, 1, indices, std::span(kPalette).first(2), kPitch};
   EXPECT_EQ(read_tiny_png(PlaneEncoder().encode(numbers, SampleType::kBit, Encoding::kPngRgba).bytes).chunks, with);
-  EXPECT_EQ(read_tiny_png(PlaneEncoder().encode_mask(numbers, 2, Encoding::kPng).bytes).chunks, with);
+  EXPECT_EQ(read_tiny_png(PlaneEncoder().encode_mask(numbers, 1U << 1, Encoding::kPng).bytes).chunks, with);
   EXPECT_EQ(read_tiny_png(PlaneEncoder().encode(numbers, SampleType::kBit, Encoding::kPng).bytes).chunks,
             (std::vector<std::string>{"IHDR", "pHYs", "PLTE", "IDAT", "IEND"}));
 }
@@ -292,7 +292,7 @@ TEST(Png, OtherProgramsSeeTheSame) {
     Bytes mask;
     for (const std::uint8_t index : indices) mask.push_back(index == 1);
     const std::vector<std::uint32_t> black_and_white = {0x000000ff, 0xffffffff};
-    folder.add("mask_" + size, PlaneEncoder().encode_mask(image, 2, Encoding::kPng).bytes,
+    folder.add("mask_" + size, PlaneEncoder().encode_mask(image, 1U << 1, Encoding::kPng).bytes,
                colours_of({c.width, c.height, mask, black_and_white}));
     std::vector<std::uint32_t> greys(256);
     for (std::uint32_t i = 0; i < 256; ++i) greys[i] = i * 0x01010100 | 0xff;
@@ -311,7 +311,7 @@ TEST(Png, StopsWhenCancelled) {
   for (const Encoding encoding : {Encoding::kPng, Encoding::kPngRgba}) {
     EXPECT_THROW(PlaneEncoder().encode(image, SampleType::kBit, encoding, cancel), Error);
   }
-  EXPECT_THROW(PlaneEncoder().encode_mask(image, 2, Encoding::kPng, cancel), Error);
+  EXPECT_THROW(PlaneEncoder().encode_mask(image, 1U << 1, Encoding::kPng, cancel), Error);
 }
 
 /// Red, green, blue and alpha of every pixel, whichever kind of picture it is.
